@@ -613,11 +613,6 @@ Json compared_json(const Compared& one)
           {"missing", one.missing}};
 }
 
-std::string cell(double value)
-{
-  return std::isfinite(value) ? shortest_decimal(value) : "";
-}
-
 }  // namespace
 
 const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
@@ -664,16 +659,16 @@ std::string laxity_csv(const LaxityDocument& document)
     const std::string flexion = shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',';
     const std::string load = shortest_decimal(curve.poses.back().load) + (kind.is_force() ? ",N," : ",N mm,");
     const std::string unit = kind.is_force() ? ",mm," : ",degree,";
-    csv += at + kind.name + ',' + flexion + load + cell(in_file_unit(kind, curve.laxity())) + unit +
-           cell(in_file_unit(kind, curve.position())) + ',' +
-           (curve.state == 0 ? "" : cell(in_file_unit(kind, curve.position() - whole->position()))) + ',' +
-           name_of(curve.poses.back().status) + '\n';
+    csv += at + kind.name + ',' + flexion + load + csv_number(in_file_unit(kind, curve.laxity())) + unit +
+           csv_number(in_file_unit(kind, curve.position())) + ',' +
+           (curve.state == 0 ? "" : csv_number(in_file_unit(kind, curve.position() - whole->position()))) +
+           ',' + name_of(curve.poses.back().status) + '\n';
     if (static_cast<std::size_t>(curve.test) % 2 == 0) continue;
     // Both directions together, after the second.
     const auto first = static_cast<LaxityTest>(static_cast<std::size_t>(curve.test) - 1);
     const LaxityCurve* other = curve_of(result, curve.state, curve.flexion, first);
     csv += at + kind.both + ',' + flexion + load +
-           cell(in_file_unit(kind, curve.laxity() + other->laxity())) + unit + ",," +
+           csv_number(in_file_unit(kind, curve.laxity() + other->laxity())) + unit + ",," +
            (curve.is_complete() ? name_of(other->poses.back().status) : name_of(curve.poses.back().status)) +
            '\n';
   }
@@ -691,7 +686,7 @@ std::string share_csv(const LaxityDocument& document)
     for (const BundleResistance& row : rows)
       csv += csv_field(result.states[curve.state]) + ',' + kind.name + ',' +
              shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',' + csv_field(row.bundle) + ',' +
-             cell(row.force) + (kind.is_force() ? ",N," : ",N mm,") + cell(row.share) + '\n';
+             csv_number(row.force) + (kind.is_force() ? ",N," : ",N mm,") + csv_number(row.share) + '\n';
   }
   return csv;
 }

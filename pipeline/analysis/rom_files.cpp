@@ -30,23 +30,11 @@ std::vector<std::string> component_names(const Body& body)
   return names;
 }
 
-std::vector<double> degrees(const std::vector<double>& rad)
-{
-  std::vector<double> values;
-  for (const double value : rad) values.push_back(deg_from_rad(value));
-  return values;
-}
-
-std::string field(double value)
-{
-  return std::isfinite(value) ? shortest_decimal(value) : "";
-}
-
 // Of an angle in radians, without the rounding of its conversion.
 std::string degree_field(double rad)
 {
   constexpr double a_degree = 1e9;
-  return field(std::round(deg_from_rad(rad) * a_degree) / a_degree + 0.0);
+  return csv_number(std::round(deg_from_rad(rad) * a_degree) / a_degree + 0.0);
 }
 
 /// The first columns of the row of a cell, with the comma after each.
@@ -249,9 +237,9 @@ std::string rom_csv(const RomDocument& document)
   for (std::size_t row = 0; row < range.cells.size(); ++row) {
     const RomCell& cell = range.cells[row];
     text += attitude_fields(range.axes, row) + name_of(cell.status) + (cell.is_connected ? ",1," : ",0,") +
-            field(cell.opening_mm);
-    for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
-    text += ',' + field(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
+            csv_number(cell.opening_mm);
+    for (Eigen::Index c = 0; c < 3; ++c) text += ',' + csv_number(cell.translation_mm[c]);
+    text += ',' + csv_number(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
             name_at(document.reference_names, cell.component_reference) + ',' +
             name_at(document.moving_names, cell.component_moving) + '\n';
   }
@@ -339,7 +327,7 @@ std::string comparison_csv(const RomDocument& a, const RomDocument& b)
   for (std::size_t row = 0; row < a.range.cells.size(); ++row) {
     const RomCell &one = a.range.cells[row], &other = b.range.cells[row];
     text += attitude_fields(a.range.axes, row) + name_of(one.status) + ',' + name_of(other.status) + ',' +
-            field(one.opening_mm) + ',' + field(other.opening_mm) + '\n';
+            csv_number(one.opening_mm) + ',' + csv_number(other.opening_mm) + '\n';
   }
   return text;
 }

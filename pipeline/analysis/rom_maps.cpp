@@ -28,13 +28,6 @@ std::array<std::size_t, 3> map_axes(const RomAxes& axes)
   return order;
 }
 
-std::vector<double> values_deg(const std::vector<double>& rad)
-{
-  std::vector<double> deg;
-  for (const double value : rad) deg.push_back(deg_from_rad(value));
-  return deg;
-}
-
 // Half way between neighbours, and as far beyond the first and the last value.
 std::vector<double> edges_of(const std::vector<double>& deg)
 {
@@ -78,9 +71,9 @@ RomMaps maps_of(const RomDocument& document, const std::function<Kind(std::size_
   RomMaps maps;
   for (std::size_t k = 0; k < 3; ++k)
     maps.titles[k] = label_of(joint_kind(document.joint), static_cast<JointCoordinate>(map[k]));
-  maps.x_deg = values_deg(axes.rad[map[0]]);
-  maps.y_deg = values_deg(axes.rad[map[1]]);
-  maps.slice_deg = values_deg(axes.rad[map[2]]);
+  maps.x_deg = degrees(axes.rad[map[0]]);
+  maps.y_deg = degrees(axes.rad[map[1]]);
+  maps.slice_deg = degrees(axes.rad[map[2]]);
   maps.x_edges_deg = edges_of(maps.x_deg);
   maps.y_edges_deg = edges_of(maps.y_deg);
   for (std::size_t slice = 0; slice < maps.slice_deg.size(); ++slice) {

@@ -82,13 +82,6 @@ Eigen::Vector3d inverse_or_zero(const Eigen::Vector3d& v)
 
 }  // namespace
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
-{
-  Eigen::Matrix3d K;
-  K << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return K;
-}
-
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& v)
 {
   const double angle_sq = v.squaredNorm(), angle = std::sqrt(angle_sq);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/frames.hpp"
+#include "model/linear_algebra.hpp"
 
 namespace vrda::analysis {
 
@@ -44,7 +45,6 @@ class BandMatrix {
 using Vector6d = Eigen::Matrix<double, 6, 1>;  ///< rotations, then translations
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 /// The rotation by |v| (rad) about v.
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& v);
 /// Inverse of rotation_of for rotations below pi - 1e-6.

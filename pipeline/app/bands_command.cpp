@@ -33,7 +33,7 @@ const char* suffix_of(const BandQuantity& quantity)
 // Nothing for a missing number.
 std::string cell(double value)
 {
-  return std::isfinite(value) ? shortest_decimal(std::round(1e6 * value) / 1e6) : "";
+  return std::isfinite(value) ? short_decimal(value, 6) : "";
 }
 
 Json json_number(double value)

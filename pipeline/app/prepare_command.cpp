@@ -1,14 +1,11 @@
 // `vrda prepare`: a job from the meshes of two bones; of a knee, by a template, from landmarks alone too.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
 #include "app/prepare_subject.hpp"
-#include "app/printing.hpp"
-#include "app/staged_folder.hpp"
 #include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
@@ -18,7 +15,6 @@
 #include "job/case_picture.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"
-#include "job/thesis_files.hpp"
 #include "model/frames.hpp"
 #include "prepare/bone_wraps.hpp"
 #include "prepare/job_files.hpp"
@@ -89,7 +85,7 @@ Json landmarks_json(const prepare::KneeLandmarks& landmarks, const std::vector<d
     if (!std::isfinite(residual_mm)) {
       warnings.push_back("landmarks." + name + ": not used; the template does not have this bone");
     } else if (residual_mm > usual_mm) {
-      warnings.push_back("landmarks." + name + ": " + shortest_decimal(std::round(residual_mm)) +
+      warnings.push_back("landmarks." + name + ": " + short_decimal(residual_mm, 0) +
                          " mm from where the bones have it");
     }
   }
@@ -122,9 +118,8 @@ Json bundles_json(const model::Ligaments& ligaments, const prepare::SlackResult&
   for (const auto& [name, sum] : bundles) {
     rows.push_back({{"name", name}, {"largest_strain", sum.strain}, {"largest_tension_n", sum.tension_n}});
     if (sum.strain <= largest_strain && sum.tension_n <= largest_tension_n) continue;
-    warnings.push_back("ligament " + name + ": strain " +
-                       shortest_decimal(std::round(1e3 * sum.strain) / 1e3) + " and tension " +
-                       shortest_decimal(std::round(sum.tension_n)) + " N, usual are at most 0.15 and 1000 N");
+    warnings.push_back("ligament " + name + ": strain " + short_decimal(sum.strain, 3) + " and tension " +
+                       short_decimal(sum.tension_n, 0) + " N, usual are at most 0.15 and 1000 N");
   }
   return rows;
 }
@@ -206,22 +201,20 @@ class Preparation {
  public:
   explicit Preparation(const PrepareOptions& options)
       : options_(options),
-        folder_(options.folder),
-        files_(options.folder, "knee.toml", "vrda prepare"),
+        out_(options),
         reference_(template_of(options)),
-        scan_space_(scan_space_of(options)),
-        landmarks_(landmarks_of(options, scan_space_))
+        landmarks_(landmarks_of(options, out_.scan_space))
   {
     prepare::check_fibre_names(landmarks_, reference_.joint.ligaments);
   }
 
   core::ExitCode run()
   {
-    if (!files_.is_locked()) return core::ExitCode::interrupted;
-    const std::array all{options_.femur, options_.tibia, options_.fibula};
-    const bool has_meshes = std::any_of(all.begin(), all.end(), [](const auto& f) { return !f.empty(); }) ||
-                            !options_.femur_cartilage.empty() || !options_.tibia_cartilage.empty() ||
-                            !options_.menisci.empty();
+    if (!out_.files.is_locked()) return core::ExitCode::interrupted;
+    const bool has_meshes = !options_.fibula.empty() || !options_.menisci.empty() ||
+                            std::ranges::any_of(options_.bones, [](const auto& bone) {
+                              return !bone.second.bone.empty() || !bone.second.cartilage.empty();
+                            });
     if (has_meshes || options_.landmarks.empty()) {
       prepare_meshes();
     } else {
@@ -231,17 +224,16 @@ class Preparation {
     job::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
     if (core::is_interrupted()) return core::ExitCode::interrupted;
     if (has_patella()) prepared = case_with_patella();
-    write(prepared);
-    return core::ExitCode::done;
+    return write(prepared);
   }
 
  private:
   void prepare_meshes()
   {
-    subject_ = subject_of(options_, warnings_);
+    out_.subject = subject_of(options_, out_.warnings);
     check_output();
-    Json copies = simplify_copies(subject_, scanned_unit_mm(), options_);
-    KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
+    Json copies = simplify_copies(out_.subject, scanned_unit_mm(), options_);
+    KneeSurfaces surfaces{surfaces_of(out_.subject.reference), surfaces_of(out_.subject.moving)};
     geometry::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
     if (!options_.unit.empty()) known.unit_mm = job::mm_per_unit(options_.unit);
@@ -255,43 +247,44 @@ class Preparation {
     if (core::is_interrupted()) return;
     recognise_generated_knee(surfaces, known);
     Json cleaned = Json::object();
-    const bool has_left_out = leave_specks_out(subject_, fit_, options_, cleaned, warnings_);
-    if (smooth_noise(subject_, fit_.unit_mm, options_, cleaned, warnings_) || has_left_out) {
-      copies = simplify_copies(subject_, fit_.unit_mm, options_);
-      surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
+    const bool has_left_out = leave_specks_out(out_.subject, fit_, options_, cleaned, out_.warnings);
+    if (smooth_noise(out_.subject, fit_.unit_mm, options_, cleaned, out_.warnings) || has_left_out) {
+      copies = simplify_copies(out_.subject, fit_.unit_mm, options_);
+      surfaces = {surfaces_of(out_.subject.reference), surfaces_of(out_.subject.moving)};
       fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
       if (core::is_interrupted()) return;
     }
-    report_ = fit_json(fit_);
-    report_.update(cleaned);
-    if (!copies.is_null()) report_["copies"] = copies;
+    out_.report = fit_json(fit_);
+    out_.report.update(cleaned);
+    if (!copies.is_null()) out_.report["copies"] = copies;
     const std::optional<InputError::Facts> wrong_part =
-        app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
-    move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
-    move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
-    move_to_frame(subject_.patella, fit_.unit_mm, fit_.X_scan_femur);
+        app::wrong_part(out_.subject, surfaces, fit_.unit_mm, out_.warnings);
+    move_to_frame(out_.subject.reference, fit_.unit_mm, fit_.X_scan_femur);
+    move_to_frame(out_.subject.moving, fit_.unit_mm, fit_.X_scan_tibia);
+    move_to_frame(out_.subject.patella, fit_.unit_mm, fit_.X_scan_femur);
     refuse_other_objects(surfaces, known, wrong_part);
     if (core::is_interrupted()) return;
     if (wrong_part) throw InputError(*wrong_part);
     core::log_info("side " + side_name(fit_.side) + ", unit " + job::unit_of_mm(fit_.unit_mm) +
-                   ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
+                   ", scanned at " + short_decimal(deg_from_rad(fit_.scanned.flexion_rad), 0) +
                    " degrees of flexion");
     const std::vector<std::string> doubts = geometry::fit_warnings(fit_, surfaces, known.side.has_value());
-    warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
+    out_.warnings.insert(out_.warnings.end(), doubts.begin(), doubts.end());
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     check_fibula();
-    warn_of_one_compartment(subject_, warnings_);
+    warn_of_one_compartment(out_.subject, out_.warnings);
     add_landmarks();
-    add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
-    if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee is modelled without them");
+    add_cartilage(options_, fit_, surfaces, out_.subject, out_.report, out_.warnings);
+    if (options_.menisci.empty())
+      out_.warnings.push_back("no menisci given: the knee is modelled without them");
   }
 
   // Before the fit, which finds the same one.
   double scanned_unit_mm() const
   {
     if (!options_.unit.empty()) return job::mm_per_unit(options_.unit);
-    return geometry::unit_mm_of(joined(surfaces_of(subject_.reference)),
-                                joined(surfaces_of(subject_.moving)));
+    return geometry::unit_mm_of(joined(surfaces_of(out_.subject.reference)),
+                                joined(surfaces_of(out_.subject.moving)));
   }
 
   // The knee of `vrda shape` has no shafts in its bones' files; its own template needs none.
@@ -323,36 +316,31 @@ class Preparation {
     const prepare::LandmarkScales scales = prepare::landmark_scales(landmarks_, reference_, unit_mm);
     fit_.femur.scale = scales.femur.factor;
     fit_.tibia.scale = scales.tibia.factor;
-    report_ = scales_json(scales, fit_.side);
-    warnings_ = scales.warnings;
-    warnings_.push_back("no meshes given: the bones are those of \"" + reference_.joint.title + "\", scaled");
+    out_.report = scales_json(scales, fit_.side);
+    out_.warnings = scales.warnings;
+    out_.warnings.push_back("no meshes given: the bones are those of \"" + reference_.joint.title +
+                            "\", scaled");
     const job::Case& joint = reference_.joint;
-    subject_ = {scaled_parts(joint.reference, fit_.femur.scale, reference_.knee.origin_mm),
-                scaled_parts(joint.moving, fit_.tibia.scale, reference_.knee.origin_mm)};
-    set_file_names(subject_);
+    out_.subject = {scaled_parts(joint.reference, fit_.femur.scale, reference_.knee.origin_mm),
+                    scaled_parts(joint.moving, fit_.tibia.scale, reference_.knee.origin_mm)};
+    set_file_names(out_.subject);
     check_output();
   }
 
   // Before the long part; no input may be replaced.
   void check_output() const
   {
-    std::vector<std::string> names{"knee.toml", "prepare.json", "prepare.png"}, inputs;
-    if (options_.has_ligaments) names.insert(names.end(), {"ligaments.csv", "wraps.json"});
+    std::vector<std::string> names;
+    if (options_.has_ligaments) names = {"ligaments.csv", "wraps.json"};
     if (has_patella()) names.insert(names.end(), {"patella.stl", "patella_fibres.csv", "patella_wraps.json"});
-    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
-      for (const SubjectPart& part : *parts) {
-        names.push_back(part.component.name + ".stl");
-        if (!part.file.empty()) inputs.push_back(part.file);
-      }
-    }
-    files_.check_replaced(names, inputs, options_.may_replace);
+    out_.check_output(names);
   }
 
   void check_fibula()
   {
-    for (const SubjectPart& part : subject_.moving) {
+    for (const SubjectPart& part : out_.subject.moving) {
       if (part.component.name != "fibula") continue;
-      BoneSurfaces tibia = surfaces_of(subject_.moving);
+      BoneSurfaces tibia = surfaces_of(out_.subject.moving);
       if (tibia.bone.triangles.rows() == 0) {  // only cartilage is given, far from the fibula: the template's
         const Mesh& bone = reference_.knee.surfaces.tibia.bone;
         tibia.bone = bone;
@@ -363,7 +351,7 @@ class Preparation {
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
       if (!geometry::is_fibula_lateral(part.working(), fit_.side))
-        warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
+        out_.warnings.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
     }
   }
 
@@ -379,12 +367,12 @@ class Preparation {
   void add_landmarks()
   {
     if (!landmarks_.fibres.empty() && !options_.has_ligaments)
-      warnings_.push_back("fibre: attachments are not used with --no-ligaments");
+      out_.warnings.push_back("fibre: attachments are not used with --no-ligaments");
     if (!landmarks_.distances.empty())
-      warnings_.push_back("distance: not used, since the meshes give the size");
+      out_.warnings.push_back("distance: not used, since the meshes give the size");
     if (landmarks_.points.empty()) return;
-    report_["landmarks"] =
-        landmarks_json(landmarks_, prepare::landmark_residuals_mm(landmarks_, reference_, fit_), warnings_);
+    out_.report["landmarks"] = landmarks_json(
+        landmarks_, prepare::landmark_residuals_mm(landmarks_, reference_, fit_), out_.warnings);
   }
 
   // In the frames of the bones, mm.
@@ -411,7 +399,8 @@ class Preparation {
     if (reason.empty()) {
       for (const std::string& one : found) reason += (reason.empty() ? "" : "; ") + one;
     }
-    throw InputError({subject_.reference.front().file + ", " + subject_.moving.front().file, "", reason,
+    throw InputError({out_.subject.reference.front().file + ", " + out_.subject.moving.front().file, "",
+                      reason,
                       "femur and tibia of one knee in one pose, similar to the template \"" +
                           reference_.joint.title + "\"" + refused_picture(reason)});
   }
@@ -420,33 +409,29 @@ class Preparation {
   std::string refused_picture(const std::string& reason)
   {
     try {
-      write_picture(written_case(false), "refused.png", "Refused: " + reason);
+      out_.write_picture(written_case(false), "refused.png", "Refused: " + reason);
     } catch (const InputError&) {
       return "";
     }
-    files_.publish("refused.png");
-    return "; see " + (folder_ / "refused.png").string();
+    out_.files.publish("refused.png");
+    return "; see " + out_.path_of("refused.png");
   }
 
   // Without one the landmarks only scale: they are in coordinates of their own.
-  bool has_scan() const { return !subject_.reference.front().file.empty(); }
+  bool has_scan() const { return !out_.subject.reference.front().file.empty(); }
 
-  std::string file(const std::string& name) const { return files_.file(name); }
+  std::string file(const std::string& name) const { return out_.files.file(name); }
 
   prepare::JobDescription description(bool has_ligaments) const
   {
-    prepare::JobDescription job;
-    job.title = folder_.stem().string();
-    if (job.title.empty()) job.title = "knee";
+    prepare::JobDescription job = out_.description();
     job.side = fit_.side;
     if (has_scan()) {
       job.scanned = fit_.scanned;
       job.X_scan_reference = fit_.X_scan_femur;
-      job.scan_space = scan_space_;
+      job.scan_space = out_.scan_space;
       job.scan_unit = job::unit_of_mm(fit_.unit_mm);
     }
-    for (const SubjectPart& part : subject_.reference) job.reference.push_back(part.component);
-    for (const SubjectPart& part : subject_.moving) job.moving.push_back(part.component);
     job.has_ligaments = has_ligaments;
     job.has_prior = options_.has_prior;
     job.has_wraps = has_ligaments && has_wraps_;
@@ -454,31 +439,8 @@ class Preparation {
     return job;
   }
 
-  void write_mesh(const std::string& name, const Mesh& mesh) const
-  {
-    write_atomically(file(name + ".stl"), {job::stl_bytes(mesh, "vrda prepare, mm, anatomical frame")});
-  }
-
   // The case of the files in the folder; the job is not written yet.
-  job::Case written_case(bool has_ligaments)
-  {
-    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
-      for (const SubjectPart& part : *parts) write_mesh(part.component.name, part.working());
-    }
-    return job::load_case(job::parse_job(file("knee.toml"), prepare::job_text(description(has_ligaments))),
-                          "");
-  }
-
-  void write_picture(const job::Case& drawn, const std::string& name, const std::string& refusal = {}) const
-  {
-    job::PictureNotes notes;
-    notes.n_warnings = warnings_.size();
-    notes.refusal = refusal;
-    notes.has_four_views = true;
-    notes.moved = {moved_by_smoothing(subject_.reference), moved_by_smoothing(subject_.moving)};
-    notes.smoothing = smoothing_text(report_);
-    write_atomically(file(name), {job::case_picture(drawn, notes)});
-  }
+  job::Case written_case(bool has_ligaments) const { return out_.written_case(description(has_ligaments)); }
 
   void write_ligaments(const model::Ligaments& ligaments)
   {
@@ -492,8 +454,8 @@ class Preparation {
 
   job::Case case_with_ligaments()
   {
-    prepare::SubjectBones bones{{surfaces_of(subject_.reference), surfaces_of(subject_.moving)}, {}};
-    for (const SubjectPart& part : subject_.moving) {
+    prepare::SubjectBones bones{{surfaces_of(out_.subject.reference), surfaces_of(out_.subject.moving)}, {}};
+    for (const SubjectPart& part : out_.subject.moving) {
       if (part.component.name == "fibula") bones.fibula = part.working();
     }
     if (has_scan()) bones.known_ends = known_ends();
@@ -511,17 +473,17 @@ class Preparation {
     if (core::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
     if (has_wraps_) prepared = written_case(true);  // its job names the wraps
-    report_["fibres"] = fibres_json(transferred, slack);
-    report_["bundles"] = bundles_json(prepared.ligaments, slack, warnings_);
-    report_["settled"] = {{"varus_deg", deg_from_rad(slack.settled.attitude.varus_rad)},
-                          {"travel_mm", slack.settled.pose.translation_mm.y()},
-                          {"has_contact", slack.settled.has_contact}};
-    report_["fibres_lengthened"] = slack.lengthenings;
-    if (!crossings.empty()) report_["bone_crossings"] = crossings_json(crossings, warnings_);
-    report_["solved_flexions"] = {slack.loads.n_solved, slack.loads.n_flexions};
+    out_.report["fibres"] = fibres_json(transferred, slack);
+    out_.report["bundles"] = bundles_json(prepared.ligaments, slack, out_.warnings);
+    out_.report["settled"] = {{"varus_deg", deg_from_rad(slack.settled.attitude.varus_rad)},
+                              {"travel_mm", slack.settled.pose.translation_mm.y()},
+                              {"has_contact", slack.settled.has_contact}};
+    out_.report["fibres_lengthened"] = slack.lengthenings;
+    if (!crossings.empty()) out_.report["bone_crossings"] = crossings_json(crossings, out_.warnings);
+    out_.report["solved_flexions"] = {slack.loads.n_solved, slack.loads.n_flexions};
     if (slack.loads.n_solved < slack.loads.n_flexions)
-      warnings_.push_back("solved " + std::to_string(slack.loads.n_solved) + " of " +
-                          std::to_string(slack.loads.n_flexions) + " flexions");
+      out_.warnings.push_back("solved " + std::to_string(slack.loads.n_solved) + " of " +
+                              std::to_string(slack.loads.n_flexions) + " flexions");
     return prepared;
   }
 
@@ -533,25 +495,27 @@ class Preparation {
     constexpr double most_mm = 6.0, doubted_overlap_mm = -1.0;
     if (std::isnan(cap.residual_mm) || options_.cartilage == "none") return 0.0;
     double added_mm = 0.0;
-    for (const SubjectPart& part : subject_.reference)
+    for (const SubjectPart& part : out_.subject.reference)
       added_mm = std::max(added_mm, -part.component.inset_mm);
     const std::string where = options_.patella + ": --patella: ";
     if (cap.gap_mm < doubted_overlap_mm)
-      warnings_.push_back(where + rounded_text(-cap.gap_mm, 1) + " mm inside the femur in the scan");
+      out_.warnings.push_back(where + rounded_text(-cap.gap_mm, 1) + " mm inside the femur in the scan");
     const double gap_mm = cap.gap_mm - added_mm;
     if (gap_mm > most_mm)
-      warnings_.push_back(where + rounded_text(cap.gap_mm, 1) + " mm from the femur in the scan; layers of " +
-                          shortest_decimal(most_mm) + " mm in all are assumed");
+      out_.warnings.push_back(where + rounded_text(cap.gap_mm, 1) +
+                              " mm from the femur in the scan; layers of " + shortest_decimal(most_mm) +
+                              " mm in all are assumed");
     return std::round(100.0 * std::clamp(gap_mm, 0.0, most_mm)) / 100.0;
   }
 
   job::Case case_with_patella()
   {
     constexpr double scan_strain = 0.02;  // of a relaxed knee
-    const prepare::SubjectBones bones{{surfaces_of(subject_.reference), surfaces_of(subject_.moving)}, {}};
-    const bool is_scanned = !subject_.patella.empty();
+    const prepare::SubjectBones bones{{surfaces_of(out_.subject.reference), surfaces_of(out_.subject.moving)},
+                                      {}};
+    const bool is_scanned = !out_.subject.patella.empty();
     const prepare::Kneecap cap =
-        is_scanned ? prepare::registered_kneecap(reference_, fit_, bones, surfaces_of(subject_.patella),
+        is_scanned ? prepare::registered_kneecap(reference_, fit_, bones, surfaces_of(out_.subject.patella),
                                                  options_.patella)
                    : prepare::fitted_kneecap(reference_, fit_, bones);
     prepare::JobKneecap patella;
@@ -566,7 +530,7 @@ class Preparation {
     patella.has_wraps = !cap.ligaments.wraps.empty();
     const double offset_mm = kneecap_offset_mm(cap);
     place_patella(cap, offset_mm);
-    for (const SubjectPart& part : subject_.patella) patella.components.push_back(part.component);
+    for (const SubjectPart& part : out_.subject.patella) patella.components.push_back(part.component);
     patella_ = patella;
     const std::string comment = "Patella of \"" + reference_.joint.title + "\" " +
                                 (is_scanned ? "registered" : "fitted to the femur") +
@@ -574,10 +538,10 @@ class Preparation {
     write_atomically(file("patella_fibres.csv"),
                      {prepare::kneecap_table(cap.ligaments, scan_strain, comment)});
     if (patella.has_wraps) write_atomically(file("patella_wraps.json"), {prepare::wraps_text(cap.ligaments)});
-    report_["patella"] = kneecap_json(cap, offset_mm);
+    out_.report["patella"] = kneecap_json(cap, offset_mm);
     if (!is_scanned)
-      warnings_.push_back("patella: that of \"" + reference_.joint.title +
-                          "\", fitted to the femur: illustrative; --patella gives the scanned one");
+      out_.warnings.push_back("patella: that of \"" + reference_.joint.title +
+                              "\", fitted to the femur: illustrative; --patella gives the scanned one");
     return written_case(options_.has_ligaments);
   }
 
@@ -595,75 +559,61 @@ class Preparation {
     };
     add(cap.surfaces.bone, "patella", "bone");
     add(cap.surfaces.cartilage, "patella_cartilage", "cartilage");
-    subject_.patella = placed;
+    out_.subject.patella = placed;
   }
 
-  void write(const job::Case& prepared)
+  core::ExitCode write(const job::Case& prepared)
   {
-    write_picture(prepared, "prepare.png");
-    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
+    out_.write_picture(prepared, "prepare.png");
+    for (const std::vector<SubjectPart>* parts : {&out_.subject.reference, &out_.subject.moving}) {
       for (const SubjectPart& part : *parts) {
         if (!options_.is_simplified && part.simpler.triangles.rows() > 0)
-          write_mesh(part.component.name, part.mesh);
+          out_.write_mesh(part.component.name, part.mesh);
       }
     }
-    report_["template"] = reference_.joint.title;
-    report_["warnings"] = warnings_;
-    write_atomically(file("prepare.json"), {core::json_text(report_, 2) + "\n"});
-    write_atomically(file("knee.toml"), {prepared.job_text});
-    files_.publish_all({"ligaments.csv", "wraps.json", "patella.stl", "patella_fibres.csv",
-                        "patella_wraps.json", "refused.png"});
-    for (const std::string& warning : warnings_) core::log_warning(warning);
-    if (options_.as_json) {
-      print_json(report_);
-    } else {
-      std::printf("%s\n", (folder_ / "knee.toml").c_str());
-    }
+    out_.report["template"] = reference_.joint.title;
+    return out_.publish(prepared.job_text, {"ligaments.csv", "wraps.json", "patella.stl",
+                                            "patella_fibres.csv", "patella_wraps.json", "refused.png"});
   }
 
   const PrepareOptions& options_;
-  fs::path folder_;
-  StagedFolder files_;
+  Prepared out_;
   prepare::TemplateJoint reference_;  // of a right knee, until the side is known
-  std::string scan_space_;
   prepare::KneeLandmarks landmarks_;
-  Subject subject_;  // in the axes of the files, until the fit
   KneeFit fit_;
   std::optional<prepare::JobKneecap> patella_;
   bool has_wraps_ = false;
-  Json report_;
-  std::vector<std::string> warnings_;
 };
 
 // Each option that only some joints have.
 void require_options_of_joint(const PrepareOptions& o)
 {
   struct Row {
-    const char* option;
+    std::string option;
     bool is_given;
     std::vector<std::string> joints;
   };
-  for (const auto& [option, is_given, joints] : {
-           Row{"--pelvis", !o.pelvis.empty(), {"hip"}},
-           Row{"--pelvis-cartilage", !o.pelvis_cartilage.empty(), {"hip"}},
-           Row{"--femur", !o.femur.empty(), {"knee", "hip"}},
-           Row{"--femur-cartilage", !o.femur_cartilage.empty(), {"knee", "hip"}},
-           Row{"--tibia", !o.tibia.empty(), {"knee", "ankle"}},
-           Row{"--tibia-cartilage", !o.tibia_cartilage.empty(), {"knee", "ankle"}},
-           Row{"--fibula", !o.fibula.empty(), {"knee", "ankle"}},
-           Row{"--talus", !o.talus.empty(), {"ankle", "subtalar"}},
-           Row{"--talus-cartilage", !o.talus_cartilage.empty(), {"ankle", "subtalar"}},
-           Row{"--calcaneus", !o.calcaneus.empty(), {"subtalar"}},
-           Row{"--calcaneus-cartilage", !o.calcaneus_cartilage.empty(), {"subtalar"}},
-           Row{"--meniscus", !o.menisci.empty(), {"knee"}},
-           Row{"--patella", !o.patella.empty(), {"knee"}},
-           Row{"--template-patella", o.has_template_patella, {"knee"}},
-           Row{"--template", !o.template_job.empty(), {"knee"}},
-           Row{"--no-ligaments", !o.has_ligaments, {"knee", "ankle"}},
-           Row{"--no-prior", !o.has_prior, {"knee"}},
-           Row{"--keep-specks", o.keeps_specks, {"knee"}},
-           Row{"--simplify", o.is_simplified, {"knee"}},
-       }) {
+  std::vector<Row> rows{
+      Row{"--fibula", !o.fibula.empty(), {"knee", "ankle"}},
+      Row{"--meniscus", !o.menisci.empty(), {"knee"}},
+      Row{"--patella", !o.patella.empty(), {"knee"}},
+      Row{"--template-patella", o.has_template_patella, {"knee"}},
+      Row{"--template", !o.template_job.empty(), {"knee"}},
+      Row{"--no-ligaments", !o.has_ligaments, {"knee", "ankle"}},
+      Row{"--no-prior", !o.has_prior, {"knee"}},
+      Row{"--keep-specks", o.keeps_specks, {"knee"}},
+      Row{"--simplify", o.is_simplified, {"knee"}},
+  };
+  for (const auto& [name, files] : o.bones) {
+    Row row{"--" + name, !files.bone.empty(), {}};
+    for (const char* joint : {"knee", "hip", "ankle", "subtalar"}) {
+      const prepare::JointBones bones = prepare::bones_of(joint);
+      if (bones.reference == name || bones.moving == name) row.joints.emplace_back(joint);
+    }
+    rows.push_back(row);
+    rows.push_back({row.option + "-cartilage", !files.cartilage.empty(), row.joints});
+  }
+  for (const auto& [option, is_given, joints] : rows) {
     if (!is_given || std::find(joints.begin(), joints.end(), o.joint) != joints.end()) continue;
     const prepare::JointBones bones = prepare::bones_of(o.joint);
     throw InputError({option, "", "--joint " + o.joint,
@@ -688,24 +638,17 @@ core::ExitCode prepare_command(const PrepareOptions& options)
 void declare_prepare(Command& c)
 {
   auto& o = c.options<PrepareOptions>();
-  const auto add_files = [&](const char* name, std::vector<std::string>& files, const char* what) {
-    c.option(name, files, what).takes_several();
-  };
+  const std::vector<std::string> bones{"femur", "tibia", "pelvis", "talus", "calcaneus"};
   c.option("--joint", o.joint,
            "knee (femur, tibia), hip (pelvis, femur), ankle (tibia, talus) or subtalar (talus, calcaneus)")
       .one_of({"knee", "hip", "ankle", "subtalar"})
       .shows_default();
-  c.option("--femur", o.femur, "Mesh of the femur");
-  c.option("--tibia", o.tibia, "Mesh of the tibia");
-  c.option("--pelvis", o.pelvis, "Mesh of the pelvis, or of the hip bone");
-  c.option("--talus", o.talus, "Mesh of the talus");
-  c.option("--calcaneus", o.calcaneus, "Mesh of the calcaneus");
-  add_files("--femur-cartilage", o.femur_cartilage, "Meshes of its cartilage");
-  add_files("--tibia-cartilage", o.tibia_cartilage, "Meshes of its cartilage");
-  add_files("--pelvis-cartilage", o.pelvis_cartilage, "Meshes of its cartilage");
-  add_files("--talus-cartilage", o.talus_cartilage, "Meshes of its cartilage");
-  add_files("--calcaneus-cartilage", o.calcaneus_cartilage, "Meshes of its cartilage");
-  add_files("--meniscus", o.menisci, "Meshes of the menisci, drawn only");
+  for (const std::string& bone : bones)
+    c.option("--" + bone, o.bones[bone].bone,
+             "Mesh of the " + bone + (bone == "pelvis" ? ", or of the hip bone" : ""));
+  for (const std::string& bone : bones)
+    c.option("--" + bone + "-cartilage", o.bones[bone].cartilage, "Meshes of its cartilage").takes_several();
+  c.option("--meniscus", o.menisci, "Meshes of the menisci, drawn only").takes_several();
   c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments; part of an ankle's mortise");
   const Option patella =
       c.option("--patella", o.patella, "Mesh of the patella, in the scan of the bones; it follows the joint");

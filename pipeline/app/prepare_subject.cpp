@@ -12,16 +12,20 @@
 #include <tuple>
 #include <utility>
 
+#include "app/printing.hpp"
 #include "core/console.hpp"
 #include "core/document.hpp"
 #include "core/fields_json.hpp"
+#include "core/files.hpp"
 #include "core/parallel.hpp"
 #include "geometry/simplified.hpp"
 #include "geometry/surface_noise.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
+#include "job/component_loader.hpp"
 #include "job/job.hpp"
 #include "job/slicer_files.hpp"
+#include "job/thesis_files.hpp"
 #include "prepare/joint_frame.hpp"
 #include "prepare/template_joint.hpp"
 #include "run/run_output.hpp"
@@ -89,12 +93,6 @@ std::vector<std::string> list_of(const std::string& file)
   return file.empty() ? std::vector<std::string>{} : std::vector<std::string>{file};
 }
 
-}  // namespace
-
-using geometry::BoneSurfaces;
-using geometry::KneeFit;
-using geometry::KneeSurfaces;
-
 std::string scan_space_of(const PrepareOptions& options)
 {
   std::vector<job::FileSpace> spaces;
@@ -106,34 +104,30 @@ std::string scan_space_of(const PrepareOptions& options)
       spaces.emplace_back(file, job::scan_space(file, header));
     }
   };
-  add({options.femur, options.tibia, options.fibula, options.patella, options.pelvis, options.talus,
-       options.calcaneus});
-  for (const auto* files :
-       {&options.femur_cartilage, &options.tibia_cartilage, &options.menisci, &options.patella_cartilage,
-        &options.pelvis_cartilage, &options.talus_cartilage, &options.calcaneus_cartilage})
-    add(*files);
+  for (const auto& [bone, of_bone] : options.bones) add({of_bone.bone});
+  add({options.fibula, options.patella});
+  for (const auto& [bone, of_bone] : options.bones) add(of_bone.cartilage);
+  add(options.menisci);
+  add(options.patella_cartilage);
   return job::common_space(spaces);
 }
 
-BoneFiles files_of(const PrepareOptions& o, const std::string& bone)
-{
-  if (bone == "pelvis") return {&o.pelvis, &o.pelvis_cartilage};
-  if (bone == "femur") return {&o.femur, &o.femur_cartilage};
-  if (bone == "tibia") return {&o.tibia, &o.tibia_cartilage};
-  if (bone == "talus") return {&o.talus, &o.talus_cartilage};
-  return {&o.calcaneus, &o.calcaneus_cartilage};
-}
+}  // namespace
+
+using geometry::BoneSurfaces;
+using geometry::KneeFit;
+using geometry::KneeSurfaces;
 
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings)
 {
   const prepare::JointBones bones = prepare::bones_of(options.joint);
   for (const char* bone : {bones.reference, bones.moving}) {
-    const BoneFiles files = files_of(options, bone);
-    if (files.bone->empty() && files.cartilage->empty())
+    const BoneFiles& files = options.bones.at(bone);
+    if (files.bone.empty() && files.cartilage.empty())
       throw InputError(
           {"--" + std::string(bone), "", "nothing", "the mesh of the bone, or of its cartilage"});
   }
-  if (options.joint == "knee" && options.tibia.empty() && options.has_ligaments)
+  if (options.joint == "knee" && options.bones.at("tibia").bone.empty() && options.has_ligaments)
     throw InputError(
         {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
   Subject subject;
@@ -141,9 +135,9 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
   for (auto& [parts, name] :
        {std::pair(&subject.reference, bones.reference), std::pair(&subject.moving, bones.moving)}) {
     const std::string bone = name, cartilage = bone + "_cartilage";
-    const BoneFiles files = files_of(options, bone);
-    add_files(all, *parts, list_of(*files.bone), {bone, "bone"}, "--" + bone);
-    add_files(all, *parts, *files.cartilage, {cartilage, "cartilage"}, "--" + bone + "-cartilage");
+    const BoneFiles& files = options.bones.at(bone);
+    add_files(all, *parts, list_of(files.bone), {bone, "bone"}, "--" + bone);
+    add_files(all, *parts, files.cartilage, {cartilage, "cartilage"}, "--" + bone + "-cartilage");
   }
   const bool is_knee = options.joint == "knee";
   add_files(all, subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
@@ -490,13 +484,12 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
   const double half_mm = 0.5 * prepare::cartilage_in_gap_mm(both_mm);
   const bool is_in_range = 2.0 * half_mm == both_mm;
   const double each_mm = std::round(100.0 * (is_auto ? half_mm : std::stod(options.cartilage))) / 100.0;
-  const auto hundredths = [](double mm) { return shortest_decimal(std::round(100.0 * mm) / 100.0); };
   const std::string source =
       !std::isfinite(gap_mm) ? ", the most that is assumed: the scan has no gap to measure"
-      : gap_mm < 0.0         ? ", the least that is assumed: the bones overlap by " + hundredths(-gap_mm) +
+      : gap_mm < 0.0 ? ", the least that is assumed: the bones overlap by " + short_decimal(-gap_mm, 2) +
                            " mm in the scan; check that both are in one pose"
       : is_in_range ? ", from the gap in the scan"
-                    : ", not from the gap in the scan, which is " + hundredths(gap_mm) + " mm";
+                    : ", not from the gap in the scan, which is " + short_decimal(gap_mm, 2) + " mm";
   for (auto& [parts, is_bare, name] : {std::tuple(&subject.reference, is_femur_bare, "femur"),
                                        std::tuple(&subject.moving, is_tibia_bare, "tibia")}) {
     if (!is_bare) continue;
@@ -508,6 +501,8 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
   }
   report["cartilage"] = {{"scanned_gap_mm", gap_mm}, {"thickness_mm", each_mm}};
 }
+
+namespace {
 
 job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts)
 {
@@ -532,6 +527,87 @@ std::string smoothing_text(const nlohmann::ordered_json& report)
             ", " + rounded_text(row["moved_largest_mm"].get<double>(), 2) + " mm";
   }
   return text + (text.empty() ? "" : ".");
+}
+
+std::vector<const std::vector<SubjectPart>*> all_parts(const Subject& subject)
+{
+  return {&subject.reference, &subject.moving, &subject.patella};
+}
+
+}  // namespace
+
+Prepared::Prepared(const PrepareOptions& of_options)
+    : options(of_options),
+      job_name(options.joint + ".toml"),
+      files(options.folder, job_name, "vrda prepare"),
+      scan_space(scan_space_of(options))
+{
+}
+
+void Prepared::check_output(std::vector<std::string> others) const
+{
+  others.insert(others.begin(), {job_name, "prepare.json", "prepare.png"});
+  std::vector<std::string> inputs;
+  for (const std::vector<SubjectPart>* parts : all_parts(subject)) {
+    for (const SubjectPart& part : *parts) {
+      others.push_back(part.component.name + ".stl");
+      if (!part.file.empty()) inputs.push_back(part.file);
+    }
+  }
+  files.check_replaced(others, inputs, options.may_replace);
+}
+
+prepare::JobDescription Prepared::description() const
+{
+  prepare::JobDescription job;
+  job.joint = options.joint;
+  job.title = std::filesystem::path(options.folder).stem().string();
+  if (job.title.empty()) job.title = options.joint;
+  for (const SubjectPart& part : subject.reference) job.reference.push_back(part.component);
+  for (const SubjectPart& part : subject.moving) job.moving.push_back(part.component);
+  return job;
+}
+
+void Prepared::write_mesh(const std::string& name, const Mesh& mesh) const
+{
+  write_atomically(files.file(name + ".stl"), {job::stl_bytes(mesh, "vrda prepare, mm, anatomical frame")});
+}
+
+job::Case Prepared::written_case(const prepare::JobDescription& job) const
+{
+  for (const std::vector<SubjectPart>* parts : all_parts(subject)) {
+    for (const SubjectPart& part : *parts) write_mesh(part.component.name, part.working());
+  }
+  return job::load_case(job::parse_job(files.file(job_name), prepare::job_text(job)), "");
+}
+
+void Prepared::write_picture(const job::Case& drawn, const std::string& name,
+                             const std::string& refusal) const
+{
+  job::PictureNotes notes;
+  notes.n_warnings = warnings.size();
+  notes.refusal = refusal;
+  notes.has_four_views = true;
+  notes.moved = {moved_by_smoothing(subject.reference), moved_by_smoothing(subject.moving)};
+  notes.smoothing = smoothing_text(report);
+  write_atomically(files.file(name), {job::case_picture(drawn, notes)});
+}
+
+core::ExitCode Prepared::publish(const std::string& job_text, const std::vector<std::string>& obsolete)
+{
+  report["warnings"] = warnings;
+  write_atomically(files.file("prepare.json"), {core::json_text(report, 2) + "\n"});
+  write_atomically(files.file(job_name), {job_text});
+  files.publish_all(obsolete);
+  for (const std::string& warning : warnings) core::log_warning(warning);
+  if (options.as_json) return print_json(report);
+  std::printf("%s\n", path_of(job_name).c_str());
+  return core::ExitCode::done;
+}
+
+std::string Prepared::path_of(const std::string& name) const
+{
+  return (std::filesystem::path(options.folder) / name).string();
 }
 
 std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,

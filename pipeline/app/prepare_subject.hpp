@@ -1,11 +1,13 @@
 /// The meshes of a subject in `vrda prepare`.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/staged_folder.hpp"
 #include "core/console.hpp"
 #include "core/text.hpp"
 #include "geometry/knee_fit.hpp"
@@ -14,13 +16,17 @@
 
 namespace vrda::app {
 
+/// The mesh file of a bone, which may be empty where cartilage is given, and those of its cartilage.
+struct BoneFiles {
+  std::string bone;
+  std::vector<std::string> cartilage;
+};
+
 /// `vrda prepare`: a job from the meshes of two bones.
 struct PrepareOptions {
   std::string joint = "knee";
-  std::string pelvis, talus, calcaneus;
-  std::vector<std::string> pelvis_cartilage, talus_cartilage, calcaneus_cartilage;
-  std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
-  std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
+  std::map<std::string, BoneFiles> bones;  ///< by name
+  std::vector<std::string> menisci;
   std::string fibula;
   std::string patella;  ///< mesh file
   std::vector<std::string> patella_cartilage;
@@ -59,16 +65,34 @@ struct Subject {
   std::vector<SubjectPart> patella = {};  ///< empty: not scanned
 };
 
-/// The mesh of a bone and those of its cartilage, by its name.
-struct BoneFiles {
-  const std::string* bone;
-  const std::vector<std::string>* cartilage;
-};
-BoneFiles files_of(const PrepareOptions& options, const std::string& bone);
+/// What a preparation makes: the files of its folder, its report and its warnings.
+struct Prepared {
+  /// Makes the folder. Throws InputError where the spaces of the meshes (job/slicer_files.hpp) differ.
+  explicit Prepared(const PrepareOptions& options);
 
-/// The space (job/slicer_files.hpp) of the meshes, as far as they say it. Throws InputError where they
-/// differ.
-std::string scan_space_of(const PrepareOptions& options);
+  /// Throws InputError for an existing output and for one that is an input. `others`: names of files besides
+  /// job, report, picture and meshes.
+  void check_output(std::vector<std::string> others = {}) const;
+  /// With the title and the meshes.
+  prepare::JobDescription description() const;
+  void write_mesh(const std::string& name, const Mesh& mesh) const;
+  /// Writes the meshes. The case of the job, which is not written.
+  job::Case written_case(const prepare::JobDescription& job) const;
+  void write_picture(const job::Case& drawn, const std::string& name, const std::string& refusal = {}) const;
+  /// Writes report and job, publishes all files and prints. Files of `obsolete` that were not made are
+  /// removed.
+  core::ExitCode publish(const std::string& job_text, const std::vector<std::string>& obsolete = {});
+  /// The path of a file in the folder.
+  std::string path_of(const std::string& name) const;
+
+  const PrepareOptions& options;
+  std::string job_name;
+  StagedFolder files;
+  std::string scan_space;
+  Subject subject;  ///< in the axes of the files, until the fit
+  nlohmann::ordered_json report = nlohmann::ordered_json::object();
+  std::vector<std::string> warnings = {};
+};
 
 /// Reads the files of the options, without surfaces that are inside others; `warnings` name what is left out.
 /// Throws InputError.
@@ -119,11 +143,6 @@ void add_cartilage(const PrepareOptions& options, const geometry::KneeFit& fit,
 /// The components of a body of the template in its bone's frame, scaled.
 std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,
                                       const Eigen::Vector3d& origin_mm);
-
-/// The vertices that smoothing moved, for the picture.
-job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts);
-/// The sentence of the picture's caption, from the report; empty: nothing was smoothed.
-std::string smoothing_text(const nlohmann::ordered_json& report);
 
 /// `vrda prepare --joint` of a hip, an ankle or a subtalar joint: its meshes in its frame and a job.
 core::ExitCode prepare_other_joint(const PrepareOptions& options);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/document.hpp"
+#include "core/text.hpp"
 
 namespace vrda::app {
 namespace {
@@ -20,24 +21,14 @@ const Json& value_at(const Json& values, const std::string& path)
   return dot == std::string::npos ? value : value_at(value, path.substr(dot + 1));
 }
 
-template <typename Value>
-std::string converted(const std::string& conversion, Value value)
-{
-  const int n = std::snprintf(nullptr, 0, conversion.c_str(), value);
-  std::string text(static_cast<std::size_t>(n) + 1, '\0');
-  std::snprintf(text.data(), text.size(), conversion.c_str(), value);
-  text.pop_back();
-  return text;
-}
-
 std::string text_of(const Json& value, const std::string& conversion)
 {
   if (value.is_null()) return "none";
   if (value.is_string() && conversion.empty()) return value.get<std::string>();
-  if (value.is_string()) return converted(conversion, value.get<std::string>().c_str());
+  if (value.is_string()) return printed(conversion.c_str(), value.get<std::string>().c_str());
   if (conversion.empty()) return std::to_string(value.get<std::int64_t>());
-  if (conversion.back() != 'd') return converted(conversion, value.get<double>());
-  return converted(conversion.substr(0, conversion.size() - 1) + "ld", value.get<long>());
+  if (conversion.back() != 'd') return printed(conversion.c_str(), value.get<double>());
+  return printed((conversion.substr(0, conversion.size() - 1) + "ld").c_str(), value.get<long>());
 }
 
 }  // namespace
@@ -50,7 +41,7 @@ core::ExitCode print_json(const Json& json)
 
 std::string formatted(const char* conversion, double value)
 {
-  return std::isnan(value) ? "-" : converted(conversion, value);
+  return std::isnan(value) ? "-" : printed(conversion, value);
 }
 
 std::string filled(const char* text, const Json& values)

@@ -130,27 +130,6 @@ std::string limits_text(const std::vector<double>& limits_mm)
   return joined(words, " and ") + (words.size() == 2 ? " (medial and lateral)" : "");
 }
 
-void print(const analysis::RepairedMotion& motion, const RepairFigures& figures)
-{
-  std::printf("%zu frames: %s; %d iterations%s\n", motion.frames.size(), counts_text(figures).c_str(),
-              motion.n_iterations, motion.is_converged ? "" : ", limit reached");
-  constexpr const char* row = "%-10s %12s %19s %14s\n";
-  const auto number = [](double mm) { return formatted("%.3g", mm); };
-  std::printf(row, "mm", "overlapping", "largest overlap", "largest gap");
-  for (const auto& [name, e] :
-       {std::pair("measured", figures.before), std::pair("repaired", figures.after)}) {
-    std::printf(row, name, std::to_string(e.n_overlapping).c_str(), number(e.penetration_mm).c_str(),
-                number(e.gap_mm).c_str());
-  }
-  std::printf("gap limit along Delta, mm: %s\n", limits_text(motion.gap_limit_mm).c_str());
-  std::printf(
-      "distance from the measurement in standard deviations: RMS %.3g, largest %.3g; noise alone: %.3g\n",
-      figures.rms_distance, figures.largest_distance, figures.expected_distance);
-  std::printf("period of half amplitude, frames: rotations %.3g, %.3g, %.3g; translations %.3g, %.3g, %.3g\n",
-              motion.period_frames(0), motion.period_frames(1), motion.period_frames(2),
-              motion.period_frames(3), motion.period_frames(4), motion.period_frames(5));
-}
-
 Json json_of(const Extremes& e)
 {
   return {{"overlapping", e.n_overlapping},
@@ -188,6 +167,28 @@ Json json_of(const analysis::RepairedMotion& motion, const analysis::MeasuredMot
           {"frames", frames}};
 }
 
+void print(const analysis::RepairedMotion& motion, const RepairFigures& figures, const Json& json)
+{
+  std::printf("%zu frames: %s; %d iterations%s\n", motion.frames.size(), counts_text(figures).c_str(),
+              motion.n_iterations, motion.is_converged ? "" : ", limit reached");
+  print_filled(
+      "mm          overlapping     largest overlap    largest gap\n"
+      "measured   {before.overlapping%12d} {before.largest_penetration_mm%19.3g} "
+      "{before.largest_gap_mm%14.3g}\n"
+      "repaired   {after.overlapping%12d} {after.largest_penetration_mm%19.3g} "
+      "{after.largest_gap_mm%14.3g}\n",
+      json);
+  std::printf("gap limit along Delta, mm: %s\n", limits_text(motion.gap_limit_mm).c_str());
+  print_filled(
+      "distance from the measurement in standard deviations: RMS {rms_distance%.3g}, largest "
+      "{largest_distance%.3g}; noise alone: {distance_of_noise%.3g}\n"
+      "period of half amplitude, frames: rotations {period_frames.rotation_x%.3g}, "
+      "{period_frames.rotation_y%.3g}, {period_frames.rotation_z%.3g}; "
+      "translations {period_frames.translation_x%.3g}, {period_frames.translation_y%.3g}, "
+      "{period_frames.translation_z%.3g}\n",
+      json);
+}
+
 // Writes the repaired model, with the measured poses next to the repaired ones, and prints gap, overlap and
 // distance before and after. Exit code 3, with the model written, if a frame is not_converged.
 core::ExitCode repair_command(const RepairCommandOptions& o)
@@ -206,10 +207,11 @@ core::ExitCode repair_command(const RepairCommandOptions& o)
   if (model.ligaments)
     core::log_info(o.output + ": without the fibres of " + o.file + ", which belong to the measured poses");
   const RepairFigures figures = figures_of(motion, options.noise);
+  const Json json = json_of(motion, measured, figures);
   if (o.as_json) {
-    print_json(json_of(motion, measured, figures));
+    print_json(json);
   } else {
-    print(motion, figures);
+    print(motion, figures, json);
   }
   const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
   if (n_failed > 0)

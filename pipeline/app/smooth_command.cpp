@@ -44,32 +44,26 @@ void report_dropped_audits(const std::vector<store::AuditSet>& before,
   }
 }
 
-struct Travels {
-  Eigen::Index n_without_contact = 0;
-  double least_mm = 0.0, largest_mm = 0.0, rms_mm = 0.0;
-};
-
-Travels travels_of(const store::GridD& travel_mm)
+// Null without a travel.
+Json travels_json(const std::optional<store::GridD>& recontact_mm)
 {
-  Travels t;
+  if (!recontact_mm) return {};
   Eigen::Index n = 0;
-  double sum_sq_mm2 = 0.0;
-  for (Eigen::Index cell = 0; cell < travel_mm.size(); ++cell) {
-    const double mm = travel_mm.data()[cell];
+  double least_mm = 0.0, largest_mm = 0.0, sum_sq_mm2 = 0.0;
+  for (Eigen::Index cell = 0; cell < recontact_mm->size(); ++cell) {
+    const double mm = recontact_mm->data()[cell];
     if (std::isnan(mm)) continue;
-    t.least_mm = n == 0 ? mm : std::min(t.least_mm, mm);
-    t.largest_mm = n == 0 ? mm : std::max(t.largest_mm, mm);
+    least_mm = n == 0 ? mm : std::min(least_mm, mm);
+    largest_mm = n == 0 ? mm : std::max(largest_mm, mm);
     sum_sq_mm2 += mm * mm;
     ++n;
   }
-  t.n_without_contact = travel_mm.size() - n;
-  if (n > 0) t.rms_mm = std::sqrt(sum_sq_mm2 / static_cast<double>(n));
-  return t;
+  return {{"attitudes", recontact_mm->size()},
+          {"without_contact", recontact_mm->size() - n},
+          {"least_travel_mm", least_mm},
+          {"largest_travel_mm", largest_mm},
+          {"rms_travel_mm", n > 0 ? std::sqrt(sum_sq_mm2 / static_cast<double>(n)) : 0.0}};
 }
-
-}  // namespace
-
-namespace {
 
 Json surfaces_json(const std::vector<store::SmoothedSurface>& surfaces)
 {
@@ -82,17 +76,6 @@ Json surfaces_json(const std::vector<store::SmoothedSurface>& surfaces)
                     {"condition_number", s.condition_number}};
   }
   return json;
-}
-
-Json travels_json(const std::optional<store::GridD>& recontact_mm)
-{
-  if (!recontact_mm) return {};
-  const Travels t = travels_of(*recontact_mm);
-  return {{"attitudes", recontact_mm->size()},
-          {"without_contact", t.n_without_contact},
-          {"least_travel_mm", t.least_mm},
-          {"largest_travel_mm", t.largest_mm},
-          {"rms_travel_mm", t.rms_mm}};
 }
 
 }  // namespace
@@ -124,11 +107,10 @@ void print_surfaces(const std::vector<store::SmoothedSurface>& surfaces, int wid
 void print_travels(const std::optional<store::GridD>& recontact_mm)
 {
   if (!recontact_mm) return;
-  const Travels t = travels_of(*recontact_mm);
-  std::printf(
-      "recontacted: travel along Delta %.4g to %.4g mm, RMS %.4g; %d of %d attitudes without contact\n",
-      t.least_mm, t.largest_mm, t.rms_mm, static_cast<int>(t.n_without_contact),
-      static_cast<int>(recontact_mm->size()));
+  print_filled(
+      "recontacted: travel along Delta {least_travel_mm%.4g} to {largest_travel_mm%.4g} mm, RMS "
+      "{rms_travel_mm%.4g}; {without_contact} of {attitudes} attitudes without contact\n",
+      travels_json(recontact_mm));
 }
 
 void print(const store::SmoothedSet& set)
@@ -279,11 +261,10 @@ Json travel_json(const store::MotionModel& model)
 void print_travel(const store::MotionModel& model)
 {
   if (!model.frames) return;
-  const analysis::FrameTravel t = analysis::frame_travel(model);
-  std::printf(
-      "from frame to frame: at most %.3g mm (mean %.3g) and %.3g degrees (mean %.3g), of the point at the "
-      "rotation centre\n",
-      t.largest_mm, t.mean_mm, deg_from_rad(t.largest_rad), deg_from_rad(t.mean_rad));
+  print_filled(
+      "from frame to frame: at most {largest_mm%.3g} mm (mean {mean_mm%.3g}) and {largest_deg%.3g} degrees "
+      "(mean {mean_deg%.3g}), of the point at the rotation centre\n",
+      travel_json(model));
 }
 
 // "1 mm in meniscus_medial" for each component with an allowed overlap.
@@ -304,9 +285,7 @@ void print_soft_parts(const store::MotionModel& model)
 {
   const std::vector<std::string> parts = soft_parts(model);
   if (parts.empty()) return;
-  std::string list;
-  for (const std::string& part : parts) list += (list.empty() ? "" : ", ") + part;
-  std::printf("soft: up to %s; gaps and penetration are measured from there\n", list.c_str());
+  std::printf("soft: up to %s; gaps and penetration are measured from there\n", joined(parts).c_str());
 }
 
 void print(const std::vector<store::AuditSet>& sets)

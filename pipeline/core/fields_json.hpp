@@ -113,18 +113,6 @@ void read_fields(const nlohmann::ordered_json& json, Value& value)
   });
 }
 
-/// The rows as one list a field: {"status": ["stable", ...], "gap_mm": [0.1, ...]}.
-template <Described Row>
-nlohmann::ordered_json json_columns(const std::vector<Row>& rows)
-{
-  nlohmann::ordered_json columns = nlohmann::ordered_json::object();
-  for_each_field<Row>([&](const auto& field) {
-    nlohmann::ordered_json& list = columns[field.name] = nlohmann::ordered_json::array();
-    for (const Row& row : rows) list.push_back(json_value(row.*field.member, field.units));
-  });
-  return columns;
-}
-
 /// The value of a JSON file. Throws InputError naming `path` and the field.
 template <Described Value>
 Value value_in(const JsonFile& file, const std::string& path)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
@@ -145,6 +146,18 @@ std::string rounded_text(double value, int n_digits)
   return printed("%.*g", n_digits, value);
 }
 
+std::string short_decimal(double value, int most_decimals)
+{
+  double steps = 1.0;
+  for (int k = 0; k < most_decimals; ++k) steps *= 10.0;
+  return shortest_decimal(std::round(value * steps) / steps);
+}
+
+std::string csv_number(double value)
+{
+  return std::isfinite(value) ? shortest_decimal(value) : "";
+}
+
 std::string fixed_text(double value, int n_decimals)
 {
   return printed("%.*f", n_decimals, value);
@@ -206,11 +219,11 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
   return text;
 }
 
-std::string join_alternatives(const std::vector<std::string>& words)
+std::string join_alternatives(const std::vector<std::string>& words, std::string_view last)
 {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
+    if (i > 0) text += i + 1 == words.size() ? last : ", ";
     text += words[i];
   }
   return text;

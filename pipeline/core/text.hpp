@@ -34,6 +34,12 @@ std::string shortest_decimal(double value);
 
 /// `value` with `n_digits` significant digits, as printf's %g: "0.145", "1e-05", "nan".
 std::string rounded_text(double value, int n_digits = 6);
+
+/// Rounded to this many decimals, without zeros at the end: "0.5".
+std::string short_decimal(double value, int most_decimals);
+
+/// shortest_decimal() as a field of a CSV table; empty for a value that is not finite.
+std::string csv_number(double value);
 /// `value` with `n_decimals` digits after the point: "12.50".
 std::string fixed_text(double value, int n_decimals);
 
@@ -53,7 +59,7 @@ std::string printed(const char* format, ...) __attribute__((format(printf, 1, 2)
 std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
 
 /// "a, b or c".
-std::string join_alternatives(const std::vector<std::string>& words);
+std::string join_alternatives(const std::vector<std::string>& words, std::string_view last = " or ");
 
 /// Whether the text can be the name of the key of a sequence of frames ("time_s"): a lower-case letter, then
 /// at most 39 lower-case letters, digits and underscores.

@@ -4,6 +4,20 @@
 #include <cmath>
 
 namespace vrda::inline core {
+
+std::vector<double> radians(const std::vector<double>& angles_deg)
+{
+  std::vector<double> angles_rad;
+  for (const double angle_deg : angles_deg) angles_rad.push_back(rad_from_deg(angle_deg));
+  return angles_rad;
+}
+
+std::vector<double> degrees(const std::vector<double>& angles_rad)
+{
+  std::vector<double> angles_deg;
+  for (const double angle_rad : angles_rad) angles_deg.push_back(deg_from_rad(angle_rad));
+  return angles_deg;
+}
 namespace {
 
 // pi/2 in three parts of 33 bits each (fdlibm e_rem_pio2.c): k * part is exact for |k| < 2^20.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 namespace vrda::inline core {
 
@@ -19,6 +20,10 @@ constexpr double deg_from_rad(double angle_rad)
 {
   return angle_rad * (180.0 / pi);
 }
+
+/// Of each angle.
+std::vector<double> radians(const std::vector<double>& angles_deg);
+std::vector<double> degrees(const std::vector<double>& angles_rad);
 
 /// The smallest error of a displayed pose that can be seen: one arc minute from 0.5 m: 500 mm * pi / 10800 =
 /// 0.1454 mm.

@@ -20,21 +20,11 @@ constexpr double identical_mm = 0.5;  // residual of a bone with the template's 
 constexpr double short_length_mm = 45.0;
 constexpr double least_margin = 1.05;
 
-std::string tenths(double value)
-{
-  return shortest_decimal(std::round(10.0 * value) / 10.0 + 0.0);
-}
-
-std::string thousandths(double value)
-{
-  return shortest_decimal(std::round(1000.0 * value) / 1000.0 + 0.0);
-}
-
 void require_at_most(double value, double limit, const std::string& what, std::vector<std::string>& found)
 {
   if (value <= limit) return;
   found.push_back(std::isfinite(value)
-                      ? what + " " + thousandths(value) + " mm (at most " + shortest_decimal(limit) + ")"
+                      ? what + " " + short_decimal(value, 3) + " mm (at most " + shortest_decimal(limit) + ")"
                       : what + ": no fit");
 }
 
@@ -42,7 +32,7 @@ void require_within(double value, double least, double most, const std::string& 
                     std::vector<std::string>& found)
 {
   if (value >= least && value <= most) return;
-  found.push_back(what + " " + tenths(value) + " degrees (" + shortest_decimal(least) + " to " +
+  found.push_back(what + " " + short_decimal(value, 1) + " degrees (" + shortest_decimal(least) + " to " +
                   shortest_decimal(most) + ")");
 }
 
@@ -79,8 +69,8 @@ void require_length(const char* name, const BoneFit& bone, double length_mm, dou
 {
   const double least_mm = refused_length_mm * size;
   if (length_mm >= least_mm || bone.residual_mm < identical_mm) return;
-  found.push_back(std::string(name) + ": " + tenths(length_mm) + " mm of bone (at least " + tenths(least_mm) +
-                  ")");
+  found.push_back(std::string(name) + ": " + short_decimal(length_mm, 1) + " mm of bone (at least " +
+                  short_decimal(least_mm, 1) + ")");
 }
 
 // A size outside the template's explains a bad fit.
@@ -90,9 +80,9 @@ void name_size(const KneeFit& fit, const KneeSurfaces& subject, std::vector<std:
   const double width_mm = fit.unit_mm * joint_width(joined(subject.femur), joined(subject.tibia));
   const double size = width_mm / usual_joint_width_mm;
   if (size >= least_knee_size && size <= largest_knee_size) return;
-  found.insert(found.begin(), "the size: a joint " + tenths(width_mm) + " mm wide (" +
-                                  tenths(least_knee_size * usual_joint_width_mm) + " to " +
-                                  tenths(largest_knee_size * usual_joint_width_mm) + ")");
+  found.insert(found.begin(), "the size: a joint " + short_decimal(width_mm, 1) + " mm wide (" +
+                                  short_decimal(least_knee_size * usual_joint_width_mm, 1) + " to " +
+                                  short_decimal(largest_knee_size * usual_joint_width_mm, 1) + ")");
 }
 
 std::vector<std::string> fit_rejections(const KneeFit& fit)
@@ -135,9 +125,10 @@ PartCheck distance_check(const std::vector<double>& distances, double usual_mm, 
   constexpr double elsewhere_mm = 30.0;
   const double middle_mm = quantile(distances, 0.5), outer_mm = quantile(distances, 0.9);
   if (middle_mm > elsewhere_mm)
-    return {"a mesh whose points are " + tenths(middle_mm) + " mm from the " + from + " (median)", ""};
+    return {"a mesh whose points are " + short_decimal(middle_mm, 1) + " mm from the " + from + " (median)",
+            ""};
   if (outer_mm > usual_mm)
-    return {"", "a tenth of its points is more than " + tenths(outer_mm) + " mm from the " + from +
+    return {"", "a tenth of its points is more than " + short_decimal(outer_mm, 1) + " mm from the " + from +
                     " (usual: at most " + shortest_decimal(usual_mm) + "); check its place, side and unit"};
   return {};
 }
@@ -180,7 +171,7 @@ std::string suspected_units(const KneeFit& fit, const KneeSurfaces& subject)
   const bool are_alike = std::max(femur_mm, tibia_mm) < most_alike * std::min(femur_mm, tibia_mm);
   if (are_alike && fit.nearest_mm < longest_scan_mm) return "";
   return "; probably the unit is wrong, or that of one file: in the same unit the femur is " +
-         tenths(femur_mm) + " mm across, the tibia " + tenths(tibia_mm) + " mm";
+         short_decimal(femur_mm, 1) + " mm across, the tibia " + short_decimal(tibia_mm, 1) + " mm";
 }
 
 std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject)
@@ -217,7 +208,7 @@ std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, cons
       return "the wrong side: the bones are those of a " + side_name(found->side) + " knee";
   }
   if (fit.nearest_mm > largest_gap_mm)
-    return "the bones are not in one pose: " + tenths(fit.nearest_mm) + " mm apart" +
+    return "the bones are not in one pose: " + short_decimal(fit.nearest_mm, 1) + " mm apart" +
            suspected_units(fit, subject);
   if (fits({subject.tibia, subject.femur})) return "femur and tibia are exchanged";
   const bool femur_open = is_open(subject.femur), tibia_open = is_open(subject.tibia);
@@ -241,7 +232,7 @@ std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& su
       if (has_any_bone)
         found.push_back(std::string(name) + ": cartilage only; its size is taken from the other bone");
     } else if (mm < short_length_mm * fit.size) {
-      found.push_back(std::string(name) + ": only " + tenths(mm) +
+      found.push_back(std::string(name) + ": only " + short_decimal(mm, 1) +
                       " mm of bone; its axes may be off by 5 degrees");
     }
   };
@@ -249,9 +240,9 @@ std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& su
   short_bone("tibia", subject.tibia, lengths.tibia_mm);
   if (!is_side_given && fit.side_margin < least_margin)
     found.push_back("side: found " + side_name(fit.side) + " with a margin of only " +
-                    thousandths(fit.side_margin) + "; give --side");
+                    short_decimal(fit.side_margin, 3) + "; give --side");
   if (is_side_given && fit.side_margin < 1.0)
-    found.push_back("side: the other side fits better (margin " + thousandths(fit.side_margin) + ")");
+    found.push_back("side: the other side fits better (margin " + short_decimal(fit.side_margin, 3) + ")");
   return found;
 }
 
@@ -265,7 +256,7 @@ std::string tangle_in(const Mesh& mesh)
       2.0 * (size_mm.x() * size_mm.y() + size_mm.y() * size_mm.z() + size_mm.z() * size_mm.x());
   const double own_mm2 = area_mm2(mesh);
   if (own_mm2 <= most_boxes * box_mm2) return "";
-  return "triangles with " + tenths(own_mm2 / box_mm2) + " times the area of their box";
+  return "triangles with " + short_decimal(own_mm2 / box_mm2, 1) + " times the area of their box";
 }
 
 bool is_part_of(const Mesh& part, const Mesh& surface)
@@ -294,7 +285,7 @@ PartCheck cartilage_check(const Mesh& part, CartilageOf bone, const Mesh& own_bo
   const bool is_near_other = !other.empty() && quantile(other, 0.9) < near_mm;
   const auto as_meniscus = [&](const std::string& detail) {
     return PartCheck{"a mesh between both bones, as a meniscus is: nine tenths of it within " +
-                         tenths(quantile(other, 0.9)) + " mm of the other bone" + detail,
+                         short_decimal(quantile(other, 0.9), 1) + " mm of the other bone" + detail,
                      ""};
   };
   if (own_bone.triangles.rows() == 0)
@@ -304,15 +295,15 @@ PartCheck cartilage_check(const Mesh& part, CartilageOf bone, const Mesh& own_bo
   if (!check.rejection.empty() || other.empty()) return check;
   const double own_mm = mean(own), other_mm = mean(other);
   if (other_mm < own_mm)
-    return {"a mesh that is nearer to the other bone: " + tenths(other_mm) + " mm on average, to its own " +
-                tenths(own_mm) + " mm",
+    return {"a mesh that is nearer to the other bone: " + short_decimal(other_mm, 1) +
+                " mm on average, to its own " + short_decimal(own_mm, 1) + " mm",
             ""};
   const bool is_meniscus = bone == CartilageOf::femur
                                ? own_mm > femur_share * other_mm
                                : own_mm > tibia_share * other_mm && quantile(own, 0.1) > touching_mm;
   if (is_near_other && is_meniscus)
-    return as_meniscus(", on average " + tenths(other_mm) + " mm from it and " + tenths(own_mm) +
-                       " mm from its own");
+    return as_meniscus(", on average " + short_decimal(other_mm, 1) + " mm from it and " +
+                       short_decimal(own_mm, 1) + " mm from its own");
   return check;
 }
 
@@ -331,13 +322,14 @@ std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia, double size)
   if (quantile(distances_mm(fibula, tibia), 0.5) < same_mm) return "the surface of the tibia";
   const double top_mm = bounding_box(fibula).max_mm.y();
   if (top_mm > highest_mm || top_mm < lowest_mm)
-    return "a mesh that ends " + tenths(std::abs(top_mm)) + " mm " + (top_mm > 0.0 ? "above" : "below") +
-           " the rotation centre";
+    return "a mesh that ends " + short_decimal(std::abs(top_mm), 1) + " mm " +
+           (top_mm > 0.0 ? "above" : "below") + " the rotation centre";
   const NearestSurface surface(tibia);
   double least_mm = std::numeric_limits<double>::infinity();
   for (const std::int32_t row : fibula.triangles.reshaped())
     least_mm = std::min(least_mm, surface.nearest(fibula.vertices_mm.row(row).transpose()).distance_mm);
-  if (least_mm > largest_distance_mm) return "a mesh that is " + tenths(least_mm) + " mm from the tibia";
+  if (least_mm > largest_distance_mm)
+    return "a mesh that is " + short_decimal(least_mm, 1) + " mm from the tibia";
   return "";
 }
 

@@ -21,16 +21,7 @@ using Values = ShapeValues;
 std::string one_of(const std::string& word, const std::vector<std::string>& known)
 {
   if (known.empty()) return "no parameter";
-  std::string list;
-  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-  return "one of " + list + "; the nearest is " + nearest_word(word, known);
-}
-
-std::string text(double number)
-{
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%g", number);
-  return buffer;
+  return "one of " + joined(known) + "; the nearest is " + nearest_word(word, known);
 }
 
 const Entry& entry(const std::string& shape)
@@ -55,14 +46,14 @@ void set_number(Values& values, const Entry& chosen, const std::string& name, do
 {
   const ShapeParameter& wanted = parameter(chosen, name);
   if (!wanted.choices.empty()) {
-    throw InputError({"shape " + chosen.name, name, text(value), one_of("", wanted.choices)});
+    throw InputError({"shape " + chosen.name, name, rounded_text(value), one_of("", wanted.choices)});
   }
   const bool is_in_range = value >= wanted.lowest && value <= wanted.highest;  // false for NaN
   const bool is_allowed = is_in_range && (!wanted.is_integer || value == std::floor(value));
   if (!is_allowed) {
-    throw InputError({"shape " + chosen.name, name, text(value),
+    throw InputError({"shape " + chosen.name, name, rounded_text(value),
                       std::string(wanted.is_integer ? "a whole number" : "a number") + " from " +
-                          text(wanted.lowest) + " to " + text(wanted.highest) +
+                          rounded_text(wanted.lowest) + " to " + rounded_text(wanted.highest) +
                           (wanted.unit.empty() ? "" : " " + wanted.unit)});
   }
   values.set(name, value);

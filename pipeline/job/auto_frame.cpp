@@ -391,9 +391,8 @@ std::string joint_shape_warning(const std::string& joint, const Case& loaded)
   if (joint == "other") return "";
   const std::optional<BallFit> fit = ball_fit(loaded);
   if (!fit || fit->is_ball == (joint == "hip")) return "";
-  const auto tenths = [](double mm) { return shortest_decimal(std::round(10.0 * mm) / 10.0); };
-  const std::string sphere = "one sphere (radius " + tenths(fit->sphere.radius_mm) + " mm, off by " +
-                             tenths(fit->rms_mm) + " mm RMS)";
+  const std::string sphere = "one sphere (radius " + short_decimal(fit->sphere.radius_mm, 1) +
+                             " mm, off by " + short_decimal(fit->rms_mm, 1) + " mm RMS)";
   if (fit->is_ball)
     return "joint: \"" + joint + "\", but \"" + loaded.moving.name + "\" faces the reference with " + sphere +
            ", as a hip does; write joint = \"hip\", or \"other\" for another ball joint";

@@ -215,7 +215,7 @@ std::string push_text(const job::Case& job_case)
 {
   const job::Push& push = job_case.push.front();
   if (job_case.method != "equilibrium") return "push";
-  return "push, " + shortest_decimal(std::round(10.0 * push.force_n.dot(push.delta)) / 10.0) + " N";
+  return "push, " + short_decimal(push.force_n.dot(push.delta), 1) + " N";
 }
 
 // 1, 2 or 5 times a power of ten, at most a quarter of the panel.
@@ -231,8 +231,8 @@ void draw_scale(Canvas& canvas, const Projection& projected)
   const Eigen::Vector3d from(projected.middle_px.x() - 370.0, panel_bottom_px + 22.0, 0.0);
   const Eigen::Vector3d to = from + Eigen::Vector3d(length_mm * projected.px_per_mm, 0.0, 0.0);
   canvas.draw_line(from, to, 5.0, black);
-  canvas.draw_text(to.head<2>() + Eigen::Vector2d(12.0, 8.0), text_px,
-                   shortest_decimal(std::round(1e3 * length_mm) / 1e3) + " mm", TextAlign::left, black);
+  canvas.draw_text(to.head<2>() + Eigen::Vector2d(12.0, 8.0), text_px, short_decimal(length_mm, 3) + " mm",
+                   TextAlign::left, black);
 }
 
 std::vector<Eigen::Vector3d> canonical_points_mm(const job::Case& job_case, const job::LinePath& line)

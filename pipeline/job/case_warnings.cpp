@@ -128,8 +128,8 @@ void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 
 std::string measured(const ComponentSurvey& component)
 {
-  return named(component) + ": its bounding box measures " +
-         rounded_text(diagonal_mm(component.box), 1000.0) + " mm across";
+  return named(component) + ": its bounding box measures " + short_decimal(diagonal_mm(component.box), 3) +
+         " mm across";
 }
 
 std::string unit_remedy(const FrameJob& frame, const std::string& unit)
@@ -228,7 +228,7 @@ void warn_of_range(const std::string& axis, const std::vector<double>& angles_de
   if (!is_above && *least >= usual.least_deg) return;
   const bool has_grid = job.document.root.contains("grid");
   warnings.push_back((has_grid ? "grid." : "coordinates.") + axis + ": " +
-                     rounded_text(is_above ? *most : *least, 1e6) + " degrees, no " + job.joint +
+                     short_decimal(is_above ? *most : *least, 6) + " degrees, no " + job.joint +
                      " goes there: it has " + shortest_decimal(usual.least_deg) + " to " +
                      shortest_decimal(usual.most_deg) +
                      " degrees (schemas/clinical.md), and contact beyond is where the surfaces end; " +
@@ -387,7 +387,7 @@ std::string file_axis(const FrameJob& frame, Eigen::Index k, bool is_positive)
 
 std::string tenths_text(double value_mm)
 {
-  const std::string text = shortest_decimal(std::round(10.0 * value_mm) / 10.0);
+  const std::string text = short_decimal(value_mm, 1);
   return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
@@ -614,7 +614,7 @@ void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end, cons
     first_mm = off_mm;
   }
   if (n_far == 0) return;
-  warnings.push_back(place_of(loaded.jobs[first], end.key) + "attached " + rounded_text(first_mm, 10.0) +
+  warnings.push_back(place_of(loaded.jobs[first], end.key) + "attached " + short_decimal(first_mm, 1) +
                      " mm from the surface of " + end.body->name + and_more(n_far) +
                      "; attachments are in mm along the mesh files' axes, at most " +
                      shortest_decimal(enough_mm) + " mm from it");
@@ -634,7 +634,7 @@ void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end, Wa
       nearest_mm = std::min(nearest_mm, (fibres[i].*end.place_mm - fibres[j].*end.place_mm).norm());
     }
     if (n_others < fewest_others || nearest_mm <= farthest_mm) continue;
-    warnings.push_back(place_of(loaded.jobs[i], end.key) + "attached " + rounded_text(nearest_mm, 10.0) +
+    warnings.push_back(place_of(loaded.jobs[i], end.key) + "attached " + short_decimal(nearest_mm, 1) +
                        " mm from the nearest other fibre of bundle \"" + fibres[i].bundle +
                        "\", wanted at most " + shortest_decimal(farthest_mm) +
                        " mm; is a sign or digit wrong?");
@@ -649,10 +649,10 @@ constexpr double least_strain = -0.5;
 std::string strain_remedy(const FibreJob& fibre, double strain, double length_mm)
 {
   if (!fibre.reference_strain) {
-    return strain > 0.0 ? "; its length there is " + rounded_text(length_mm, 10.0) +
-                              " mm, so slack_length_mm = " + rounded_text(length_mm / 1.03, 10.0) +
+    return strain > 0.0 ? "; its length there is " + short_decimal(length_mm, 1) +
+                              " mm, so slack_length_mm = " + short_decimal(length_mm / 1.03, 1) +
                               " for a strain of 0.03"
-                        : "; its length there is " + rounded_text(length_mm, 10.0) + " mm";
+                        : "; its length there is " + short_decimal(length_mm, 1) + " mm";
   }
   return "; a strain is a fraction, 3 % is reference_strain = 0.03";
 }
@@ -677,9 +677,9 @@ void warn_of_strains(const LoadedLigaments& loaded, const std::vector<double>& s
   if (n_implausible == 0) return;
   const FibreJob& fibre = loaded.jobs[first];
   warnings.push_back(place_of(fibre, fibre.reference_strain ? "reference_strain" : "slack_length_mm") +
-                     "has a strain of " + rounded_text(strains[first], 1000.0) +
-                     " at the pose of the meshes" + and_more(n_implausible) + "; ligaments have " +
-                     shortest_decimal(least_strain) + " to " + shortest_decimal(largest_strain) +
+                     "has a strain of " + short_decimal(strains[first], 3) + " at the pose of the meshes" +
+                     and_more(n_implausible) + "; ligaments have " + shortest_decimal(least_strain) + " to " +
+                     shortest_decimal(largest_strain) +
                      strain_remedy(fibre, strains[first],
                                    (1.0 + strains[first]) * loaded.ligaments.fibres[first].slack_length_mm));
 }
@@ -698,14 +698,6 @@ std::map<std::string, double> largest_strains(const LoadedLigaments& loaded,
   return largest;
 }
 
-std::string joined_names(const std::vector<std::string>& names)
-{
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return text;
-}
-
 void warn_of_missing_ligaments(const std::map<std::string, double>& found, Warnings& warnings)
 {
   std::vector<std::string> missing;
@@ -713,7 +705,7 @@ void warn_of_missing_ligaments(const std::map<std::string, double>& found, Warni
     if (!found.contains(name)) missing.emplace_back(name);
   }
   if (found.empty() || missing.empty()) return;
-  warnings.push_back("ligaments: no bundle is named " + joined_names(missing) +
+  warnings.push_back("ligaments: no bundle is named " + join_alternatives(missing, " and ") +
                      ": the knee is solved as if it were cut; add its fibres, or leave it out on purpose");
 }
 
@@ -744,7 +736,7 @@ void warn_of_missing_bundles(const LoadedLigaments& loaded, Warnings& warnings)
     missing.push_back(name);
   }
   if (missing.empty()) return;
-  warnings.push_back("ligaments: no bundle is named " + joined_names(missing) +
+  warnings.push_back("ligaments: no bundle is named " + join_alternatives(missing, " and ") +
                      ", but others of the same ligament are there: the knee is solved as if it were cut; add "
                      "its fibres, or leave it out on purpose");
 }
@@ -760,16 +752,16 @@ void warn_of_slack_ligaments(const std::map<std::string, double>& largest, const
   const double most = *std::max_element(strains.begin(), strains.end());
   std::vector<std::string> slack;
   for (const auto& [name, strain] : largest) {
-    if (strain < slack_strain) slack.push_back(name + " (" + rounded_text(strain, 1000.0) + ")");
+    if (strain < slack_strain) slack.push_back(name + " (" + short_decimal(strain, 3) + ")");
   }
   const std::string remedy =
       "; their slack lengths are probably too long, or the pose of the meshes is not that of the table: "
       "reference_strain instead of slack_length_mm gives the strain at this pose";
   if (most < 0.0) {
     warnings.push_back("ligaments: every fibre is slack at the pose of the meshes, the largest strain is " +
-                       rounded_text(most, 1000.0) + remedy);
+                       short_decimal(most, 3) + remedy);
   } else if (!slack.empty()) {
-    warnings.push_back("ligaments: slack at the pose of the meshes: " + joined_names(slack) +
+    warnings.push_back("ligaments: slack at the pose of the meshes: " + join_alternatives(slack, " and ") +
                        ", by the largest strain of their fibres; wanted at least " +
                        shortest_decimal(slack_strain) + remedy);
   }
@@ -802,16 +794,16 @@ void warn_of_bundle_stiffness(const LoadedLigaments& loaded, const std::string& 
     if (!is_soft && (all_n <= most_n || fibre.bundle.empty())) continue;
     std::string remedy = "most " + shortest_decimal(most_n) +
                          "; values that are in N already are not multiplied by a length: stiffness_n = " +
-                         rounded_text(fibre.stiffness_n / fibre.slack_length_mm, 1.0);
+                         short_decimal(fibre.stiffness_n / fibre.slack_length_mm, 0);
     if (is_soft) {
       const bool is_per_mm = all_n * fibre.slack_length_mm >= least_bundle_n;
       const double stiffness_n = fibre.stiffness_n * (is_per_mm ? fibre.slack_length_mm : 1000.0);
       remedy = "least " + shortest_decimal(least_bundle_n) + "; " +
                (is_per_mm ? "N/mm times the slack length in mm" : "kN times 1000") +
-               " gives N: stiffness_n = " + rounded_text(stiffness_n, 1.0);
+               " gives N: stiffness_n = " + short_decimal(stiffness_n, 0);
     }
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "and its bundle have " +
-                       rounded_text(all_n, 10.0) + " N per unit strain, wanted at " + remedy);
+                       short_decimal(all_n, 1) + " N per unit strain, wanted at " + remedy);
     return;
   }
 }
@@ -838,8 +830,8 @@ std::string warn_of_uneven_bundles(const LoadedLigaments& loaded, Warnings& warn
     const double ratio = fibre.stiffness_n / usual_n;
     if (ratio <= most_uneven && ratio >= 1.0 / most_uneven) continue;
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "has " +
-                       rounded_text(fibre.stiffness_n, 10.0) + " N per unit strain, the other fibres of \"" +
-                       fibre.bundle + "\" have " + rounded_text(usual_n, 10.0) + "; wanted at most " +
+                       short_decimal(fibre.stiffness_n, 1) + " N per unit strain, the other fibres of \"" +
+                       fibre.bundle + "\" have " + short_decimal(usual_n, 1) + "; wanted at most " +
                        shortest_decimal(most_uneven) + " times less or more: N/mm times the slack length " +
                        "in mm gives N");
     return fibre.bundle;
@@ -848,11 +840,6 @@ std::string warn_of_uneven_bundles(const LoadedLigaments& loaded, Warnings& warn
 }
 
 }  // namespace
-
-std::string rounded_text(double value, double steps_per_unit)
-{
-  return shortest_decimal(std::round(value * steps_per_unit) / steps_per_unit + 0.0);
-}
 
 std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Case& job_case)
 {
@@ -897,7 +884,7 @@ std::vector<std::string> bone_crossing_warnings(const Case& job_case)
   if (n_inside == 0) return {};
   const std::string& bone =
       deepest.body == BodyIndex::moving ? job_case.moving.name : job_case.reference.name;
-  return {"fibre \"" + deepest_name + "\" is " + rounded_text(deepest.depth_mm, 10.0) +
+  return {"fibre \"" + deepest_name + "\" is " + short_decimal(deepest.depth_mm, 1) +
           " mm inside the bone of \"" + bone + "\" at the pose of the meshes, wanted at most " +
           shortest_decimal(allowed_mm) + "; fibres as deep: " + std::to_string(n_inside) +
           "; wrap = \"...\" of a surface in ligaments.wraps leads a fibre over bone"};

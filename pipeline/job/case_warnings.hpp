@@ -12,9 +12,6 @@
 
 namespace vrda::job {
 
-/// The value in steps of 1 / steps_per_unit, without a negative zero.
-std::string rounded_text(double value, double steps_per_unit);
-
 /// One sentence each, in a fixed order: settings, then components.
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded);
 

@@ -100,64 +100,29 @@ void check_roles(const Job& job, const CoordinatesJob& coordinates)
                       "\"free\": \"stability-search\" finds the height along Delta"});
 }
 
-/// A CSV file of numbers, read by column.
-class NumberTable {
- public:
-  NumberTable(std::string name, const std::string& text)
-      : table_(std::move(name), text, {"row", "rows", "rows of a motion"})
-  {
-    table_.require_rows(largest_rows);
-    for (const std::string_view column : table_.columns()) names_.emplace_back(column);
+// The key's name becomes a name of the motion model.
+void check_key_name(const CsvTable& table, const std::string& name)
+{
+  if (!is_key_name(name))
+    table.refuse(table.header(), name, "a key column of this name",
+                 "at most 40 lower-case letters, digits and underscores, as time_s");
+}
+
+std::vector<double> column_of(const CsvTable& table, const std::string& name)
+{
+  return table.numbers(table.column_named(name));
+}
+
+std::vector<double> ascending_column(const CsvTable& table, const std::string& name)
+{
+  std::vector<double> values = column_of(table, name);
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] > values[i - 1]) continue;
+    table.refuse(table.row(i), name, shortest_decimal(values[i]),
+                 "more than " + shortest_decimal(values[i - 1]) + " of the previous row");
   }
-
-  const std::string& first_column() const { return names_.front(); }
-
-  // The key's name becomes a name of the motion model.
-  void check_key_name(const std::string& name) const
-  {
-    if (!is_key_name(name))
-      table_.refuse(table_.header(), name, "a key column of this name",
-                    "at most 40 lower-case letters, digits and underscores, as time_s");
-  }
-
-  std::vector<double> column(const std::string& name) const
-  {
-    const auto found = std::find(names_.begin(), names_.end(), name);
-    if (found == names_.end())
-      table_.refuse(table_.header(), name, "no column of this name",
-                    "one of its columns; the nearest is \"" + nearest_word(name, names_) + "\"");
-    const auto index = static_cast<std::size_t>(found - names_.begin());
-    std::vector<double> values;
-    for (std::size_t i = 0; i < table_.n_rows(); ++i) {
-      const std::string_view field = table_.fields(table_.row(i))[index];
-      const std::optional<double> value = parse_real(field);
-      if (!value || !std::isfinite(*value)) table_.refuse_number(table_.row(i), name, field);
-      values.push_back(*value);
-    }
-    return values;
-  }
-
-  [[noreturn]] void refuse(std::size_t row, const std::string& column, const std::string& found,
-                           const std::string& wanted) const
-  {
-    table_.refuse(table_.row(row), column, found, wanted);
-  }
-
-  std::vector<double> ascending_column(const std::string& name) const
-  {
-    std::vector<double> values = column(name);
-    for (std::size_t i = 1; i < values.size(); ++i) {
-      if (values[i] > values[i - 1]) continue;
-      table_.refuse(table_.row(i), name, shortest_decimal(values[i]),
-                    "more than " + shortest_decimal(values[i - 1]) + " of the previous row");
-    }
-    return values;
-  }
-
- private:
-  CsvTable table_;
-  std::vector<std::string> names_;
-};
+  return values;
+}
 
 class Loader {
  public:
@@ -201,27 +166,30 @@ class Loader {
     return true;
   }
 
-  NumberTable table_of(const std::string& key, const std::string& name)
+  CsvTable table_of(const std::string& key, const std::string& name)
   {
     const InputFile file = input_file(job_, data_directory_, {key, name, "a table of motion"});
     const std::string sha256 = sha256_of(file.bytes);
     const auto is_same = [&](const LoadedInput& input) { return input.name == name; };
     if (std::none_of(out_.inputs.begin(), out_.inputs.end(), is_same)) out_.inputs.push_back({name, sha256});
     texts_.push_back(std::make_unique<std::string>(file.bytes));
-    return {name, *texts_.back()};
+    CsvTable table(name, *texts_.back(), {"row", "rows", "rows of a motion"});
+    table.require_rows(largest_rows);
+    return table;
   }
 
   void load_frames()
   {
-    const NumberTable table = table_of("frames.file", coordinates_.frames_file);
-    const std::string key = coordinates_.frames_key.empty() ? table.first_column() : coordinates_.frames_key;
-    table.check_key_name(key);
+    const CsvTable table = table_of("frames.file", coordinates_.frames_file);
+    const std::string key =
+        coordinates_.frames_key.empty() ? std::string(table.columns().front()) : coordinates_.frames_key;
+    check_key_name(table, key);
     out_.rows.key_name = key;
-    out_.rows.key = table.ascending_column(key);
+    out_.rows.key = ascending_column(table, key);
     std::array<std::vector<double>, n_joint_coordinates> columns;
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
       const std::string& column = coordinates_.coordinate[k].column;
-      if (!column.empty()) columns[k] = table.column(column);
+      if (!column.empty()) columns[k] = column_of(table, column);
     }
     read_loads(table);
     for (std::size_t i = 0; i < out_.rows.key.size(); ++i) {
@@ -230,7 +198,7 @@ class Loader {
     finish_sequence();
   }
 
-  void read_loads(const NumberTable& table)
+  void read_loads(const CsvTable& table)
   {
     for (const PushTable& setting : tables_of(out_.push)) {
       FlexionTable& loads = *setting.table;
@@ -238,10 +206,10 @@ class Loader {
       loads.value.resize(static_cast<Eigen::Index>(out_.rows.key.size()),
                          static_cast<Eigen::Index>(loads.columns.size()));
       for (std::size_t c = 0; c < loads.columns.size(); ++c) {
-        const std::vector<double> values = table.column(loads.columns[c]);
+        const std::vector<double> values = column_of(table, loads.columns[c]);
         for (std::size_t i = 0; i < values.size(); ++i) {
           if (values[i] < setting.least || (setting.excludes_least && values[i] == setting.least))
-            table.refuse(i, loads.columns[c], shortest_decimal(values[i]),
+            table.refuse(table.row(i), loads.columns[c], shortest_decimal(values[i]),
                          (setting.excludes_least ? "above " : "at least ") + shortest_decimal(setting.least) +
                              " (" + loads.key + ")");
           loads.value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = values[i];
@@ -297,10 +265,10 @@ class Loader {
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
       const CoordinateJob& c = coordinates_.coordinate[k];
       if (c.column.empty()) continue;
-      const NumberTable table = table_of(key_of(k) + ".file", c.file);
+      const CsvTable table = table_of(key_of(k) + ".file", c.file);
       const std::string over =
           c.over.empty() ? joint_coordinate_names[driving] + unit_suffix(driving) : c.over;
-      columns[k] = {table.ascending_column(over), table.column(c.column)};
+      columns[k] = {ascending_column(table, over), column_of(table, c.column)};
     }
     for (const PushTable& setting : tables_of(out_.push)) set_rows(*setting.table, values);
     for (const double value : values) {

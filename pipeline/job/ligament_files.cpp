@@ -321,8 +321,7 @@ void check_fibre_unit(const LoadedLigaments& loaded)
   if (longest_mm == 0.0 || longest_mm >= shortest_mm) return;
   refuse(
       loaded.jobs.front(), "reference_mm",
-      "attachments whose longest fibre measures " + shortest_decimal(std::round(1e4 * longest_mm) / 1e4) +
-          " mm",
+      "attachments whose longest fibre measures " + short_decimal(longest_mm, 4) + " mm",
       "attachments in mm, independent of frame.unit; a table in m has the columns reference_x_m and so on");
 }
 
@@ -596,6 +595,30 @@ void CsvTable::refuse_unknown_column(std::string_view name, const std::vector<st
 void CsvTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const
 {
   refuse(line, column, field.empty() ? "nothing" : quoted(field), wanted_number(field));
+}
+
+std::size_t CsvTable::column_named(const std::string& name, const std::string& wanted) const
+{
+  const auto found = std::find(columns_.begin(), columns_.end(), name);
+  if (found != columns_.end()) return static_cast<std::size_t>(found - columns_.begin());
+  refuse(header(), name.empty() ? "column" : name, "no column of this name",
+         wanted + quoted(nearest_word(name, {columns_.begin(), columns_.end()})));
+}
+
+std::vector<double> CsvTable::numbers(std::size_t column, EmptyField empty) const
+{
+  std::vector<double> values;
+  for (std::size_t i = 0; i < n_rows(); ++i) {
+    const std::string_view field = fields(row(i))[column];
+    if (field.empty() && empty == EmptyField::missing) {
+      values.push_back(nan);
+      continue;
+    }
+    const std::optional<double> value = parse_real(field);
+    if (!value || !std::isfinite(*value)) refuse_number(row(i), std::string(columns_[column]), field);
+    values.push_back(*value);
+  }
+  return values;
 }
 
 std::string CsvTable::quoted(std::string_view text)

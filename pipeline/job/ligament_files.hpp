@@ -80,6 +80,12 @@ struct RowLabels {
   const char* full_plural;
 };
 
+/// What an empty field of a column of numbers is.
+enum class EmptyField {
+  refused,
+  missing,  ///< NaN
+};
+
 /// The text must outlive the table.
 class CsvTable {
  public:
@@ -106,6 +112,12 @@ class CsvTable {
                                           const std::string& description) const;
   [[noreturn]] void refuse_number(const TableLine& line, const std::string& column,
                                   std::string_view field) const;
+
+  /// Index of a column. Throws InputError with the nearest name, written after `wanted`.
+  std::size_t column_named(const std::string& name,
+                           const std::string& wanted = "one of its columns; the nearest is ") const;
+  /// The finite numbers of a column, a row each. Throws InputError for another field.
+  std::vector<double> numbers(std::size_t column, EmptyField empty = EmptyField::refused) const;
 
   /// The text in quotation marks, not shortened.
   static std::string quoted(std::string_view text);

@@ -88,7 +88,7 @@ void warn_of_specks(const Job& job, const Case& loaded, const BodySide& side, co
         side.body.name + " component \"" + side.body.components[c].name + "\" (" +
         side.job.components[c].file + "): a separate piece of " +
         speck_text(specks[k], shell.size(), X_file_canonical * specks[k].centre_mm) +
-        ", is in the joint space, " + rounded_text(specks[k].distance_mm, 10.0) + " mm from \"" +
+        ", is in the joint space, " + short_decimal(specks[k].distance_mm, 1) + " mm from \"" +
         other.body.name +
         "\"; probably a left-over of the segmentation, which changes the motion: remove it from "
         "the mesh (vrda prepare leaves such pieces out)");
@@ -190,7 +190,7 @@ std::vector<Pose> flexed_poses(const Eigen::Vector3d& centre_mm, const std::vect
 
 std::string speck_text(const Speck& speck, std::size_t n_triangles, const Eigen::Vector3d& file_mm)
 {
-  return std::to_string(n_triangles) + " triangles, " + rounded_text(speck.size_mm, 10.0) + " mm across, " +
+  return std::to_string(n_triangles) + " triangles, " + short_decimal(speck.size_mm, 1) + " mm across, " +
          places_text({file_mm});
 }
 
@@ -388,20 +388,20 @@ void warn_of_component(const std::string& name, const Box& box, const Mesh& whol
   const double most_noise_mm = edge_mm > long_edge_mm ? largest_noise_of_long_edges_mm : largest_noise_mm;
   if (const double found_mm = is_judged ? noise_mm(near, arc_mm) : 0.0; found_mm > most_noise_mm)
     warnings.push_back(
-        name + ": its surface is rough: vertices are about " + rounded_text(found_mm, 1000.0) +
+        name + ": its surface is rough: vertices are about " + short_decimal(found_mm, 3) +
         " mm off it (standard deviation), wanted at most " + shortest_decimal(most_noise_mm) +
         "; noise of 0.1 mm changed the pose by up to 2 degrees and 1 mm, of 0.5 mm by 8 degrees "
         "and 4 mm (schemas/frames.md); smooth the mesh");
   else if (arc_mm > largest_sagitta_mm)
     warnings.push_back(name + ": it is coarse: between the vertices its edges in the joint space, " +
-                       rounded_text(edge_mm, 10.0) + " mm long (mean), are " + rounded_text(arc_mm, 100.0) +
+                       short_decimal(edge_mm, 1) + " mm long (mean), are " + short_decimal(arc_mm, 2) +
                        " mm off a smooth surface (median), wanted at most " +
                        shortest_decimal(largest_sagitta_mm) +
                        " mm; bones so coarse, 500 to 1,000 triangles, changed the pose by up to 2 degrees "
                        "and 1 mm (schemas/frames.md); use a finer mesh");
   const double share = hole_area_mm2(whole, space) / area_mm2(whole);
   if (share > largest_hole_share)
-    warnings.push_back(name + ": holes of " + rounded_text(100.0 * share, 10.0) +
+    warnings.push_back(name + ": holes of " + short_decimal(100.0 * share, 1) +
                        " % of its surface in the joint space, wanted at most " +
                        shortest_decimal(100.0 * largest_hole_share) +
                        " %; where contact falls into one, the pose changed by up to 2 degrees and 0.5 mm "
@@ -439,9 +439,9 @@ std::string coordinate_warning(const ComponentSurvey& survey, const Points& nati
       unit_mm * static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::max()) - largest);
   if (!(step_mm > largest_step_mm)) return "";
   return survey.body + " component \"" + survey.name + "\" (" + survey.source + "): it is " +
-         rounded_text(static_cast<double>(largest) * unit_mm, 1.0) +
+         short_decimal(static_cast<double>(largest) * unit_mm, 0) +
          " mm from the files' origin, where numbers in single precision have steps of " +
-         rounded_text(step_mm, 1000.0) + " mm, wanted at most " + shortest_decimal(largest_step_mm) +
+         short_decimal(step_mm, 3) + " mm, wanted at most " + shortest_decimal(largest_step_mm) +
          "; steps of 0.06 mm changed the pose by 0.2 degrees, of 1 mm by 2 degrees and 1 mm "
          "(schemas/frames.md); save the meshes near their origin";
 }
@@ -510,15 +510,15 @@ void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
     if (is_within(size_mm, possible_sizes(job))) continue;
     const std::string unit = suggested_unit(frame.unit, size_mm, usual_size_range(job));
     const std::string found = "\"" + frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
-                              ") measures " + rounded_text(size_mm, 1000.0) + " mm across";
+                              ") measures " + short_decimal(size_mm, 3) + " mm across";
     std::string wanted = "meshes of a joint in mm, cm or m";
     if (other != nullptr && is_within(diagonal_mm(other->box), usual_size_range(job))) {
       wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
-               rounded_text(diagonal_mm(other->box), 1000.0) + " mm; convert \"" + file->source + "\" to " +
+               short_decimal(diagonal_mm(other->box), 3) + " mm; convert \"" + file->source + "\" to " +
                frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
     } else if (!unit.empty()) {
       wanted = key + " = \"" + unit + "\", in which it measures " +
-               rounded_text(size_mm / mm_per_unit(frame.unit) * mm_per_unit(unit), 1000.0) + " mm";
+               short_decimal(size_mm / mm_per_unit(frame.unit) * mm_per_unit(unit), 3) + " mm";
     }
     throw InputError({job.document.source_of(key), key, found, wanted});
   }

@@ -354,20 +354,7 @@ class UncertaintyReader {
   {
     const CsvTable table(input.path, input.bytes, {"value", "values", "values of a distribution"});
     table.require_rows(largest_value_table);
-    std::vector<std::string> names;
-    for (const std::string_view column : table.columns()) names.emplace_back(column);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-      table.refuse(table.header(), name.empty() ? "column" : name, "no column of this name",
-                   "column = \"" + nearest_word(name, names) + "\"");
-    std::vector<double> values;
-    for (std::size_t i = 0; i < table.n_rows(); ++i) {
-      const std::string_view field =
-          table.fields(table.row(i))[static_cast<std::size_t>(found - names.begin())];
-      const std::optional<double> number = parse_real(field);
-      if (!number || !std::isfinite(*number)) table.refuse_number(table.row(i), name, field);
-      values.push_back(*number);
-    }
+    std::vector<double> values = table.numbers(table.column_named(name, "column = "));
     if (values.size() < 2)
       table.refuse(table.header(), name, "one value", "at least two values of the distribution");
     return values;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/text.hpp"
+#include "model/linear_algebra.hpp"
 
 namespace vrda::inline model {
 
@@ -304,8 +305,7 @@ double half_cotangent(double sin, double cos)
 Eigen::Matrix3d turned_by(const Eigen::Vector3d& n, double angle_rad)
 {
   const SinCos a = sin_cos(angle_rad);
-  Eigen::Matrix3d N;
-  N << 0, -n.z(), n.y(), n.z(), 0, -n.x(), -n.y(), n.x(), 0;
+  const Eigen::Matrix3d N = cross_matrix(n);
   return Eigen::Matrix3d::Identity() + a.sin * N + (1.0 - a.cos) * N * N;
 }
 

@@ -6,6 +6,14 @@
 
 namespace vrda::inline model {
 
+/// cross_matrix(v) * w = v x w.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
+{
+  Eigen::Matrix3d W;
+  W << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return W;
+}
+
 /// Eigenvalues, ascending, and unit eigenvectors (columns) of a symmetric matrix.
 struct EigenSystem12 {
   Eigen::Matrix<double, 12, 1> values;

@@ -24,9 +24,7 @@ std::string component_text(const std::string& body, const JobComponent& componen
 
 std::string scan_text(const ClinicalCoordinates& scanned)
 {
-  const auto degrees = [](double rad) {
-    return shortest_decimal(std::round(10.0 * deg_from_rad(rad)) / 10.0 + 0.0);
-  };
+  const auto degrees = [](double rad) { return short_decimal(deg_from_rad(rad), 1); };
   return "# In the scan: flexion " + degrees(scanned.flexion_rad) + ", varus " + degrees(scanned.varus_rad) +
          ", internal rotation " + degrees(scanned.internal_rotation_rad) + " degrees.\n";
 }
@@ -82,8 +80,7 @@ std::string coordinates_text(const JointCoordinates& q)
   std::string text = "[";
   for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
     const double value = q(static_cast<Eigen::Index>(k));
-    text += (k == 0 ? "" : ", ") +
-            shortest_decimal(std::round(1e4 * (is_rotation(k) ? deg_from_rad(value) : value)) / 1e4 + 0.0);
+    text += (k == 0 ? "" : ", ") + short_decimal(is_rotation(k) ? deg_from_rad(value) : value, 4);
   }
   return text + "]";
 }
@@ -147,7 +144,7 @@ std::string about_axis_text(const JobDescription& job)
     for (int round = 0; round < 30; ++round) turn_rad += (wanted_rad - at(turn_rad).varus_rad) / slope;
     const ClinicalCoordinates q = at(turn_rad);
     const auto add = [&](std::string& list, double rad) {
-      list += (list.empty() ? "" : ", ") + shortest_decimal(std::round(1e4 * deg_from_rad(rad)) / 1e4 + 0.0);
+      list += (list.empty() ? "" : ", ") + short_decimal(deg_from_rad(rad), 4);
     };
     add(driving, wanted_rad);
     add(flexion, q.flexion_rad);

@@ -307,8 +307,7 @@ void require_size(const JointFrameOptions& options, const Mesh& mesh, double usu
 {
   const double length_mm = longest_mm(mesh), share = length_mm / usual_mm;
   if (share > 0.4 && share < 2.0) return;
-  refuse(options, Which::moving,
-         "a bone " + shortest_decimal(std::round(10.0 * length_mm) / 10.0) + " mm long",
+  refuse(options, Which::moving, "a bone " + short_decimal(length_mm, 1) + " mm long",
          "about " + shortest_decimal(usual_mm) + " mm; --unit gives the unit of the meshes");
 }
 
@@ -559,8 +558,7 @@ Found hip(const JointSurfaces& scan, const JointFrameOptions& options)
     const Vector3d knee_mm = knee ? knee->middle_mm : Vector3d(on_axis + femur_length * r * down);
     to.proximal = (c - knee_mm).normalized();
     frame.found = {knee ? "proximal: from the middle of the condyles to the head"
-                        : "proximal: from the knee, expected " +
-                              shortest_decimal(std::round(femur_length * r)) +
+                        : "proximal: from the knee, expected " + short_decimal(femur_length * r, 0) +
                               " mm down the shaft, to the head"};
     const Vector3d outward = across(neck, to.proximal);
     const auto votes_for = [&](const Vector3d& front) {  // sines, positive: towards `front`
@@ -788,7 +786,7 @@ Found ankle(const JointSurfaces& scan, const JointFrameOptions& options)
   to.lateral = a;
   to.is_lateral_exact = true;
   frame.found = {"lateral: the axis of the trochlea, a surface of revolution of " +
-                 shortest_decimal(std::round(10.0 * radius_mm) / 10.0) + " mm radius"};
+                 short_decimal(radius_mm, 1) + " mm radius"};
   const Weight is_far = [&](Index i) { return (tibia.centre(i) - c).norm() > 2.2 * radius_mm ? 1.0 : 0.0; };
   std::optional<Shaft> shaft;  // not from `up`: the foot of a scan may be pointed
   if (area_of(tibia, is_far) > 0.0)

@@ -203,19 +203,15 @@ Scaling fitted_scaling(const std::vector<SizedDistance>& distances)
   return scaling;
 }
 
-std::string hundredths_of(double value)
-{
-  return shortest_decimal(std::round(100.0 * value) / 100.0);
-}
-
 void check_factor(const KneeLandmarks& landmarks, const Scaling& scaling, const char* bone)
 {
   constexpr double least = 0.5, most = 2.0;
   if (scaling.factor.minCoeff() >= least && scaling.factor.maxCoeff() <= most) return;
   landmarks.document.refuse("",
                             std::string("points and distances that make the ") + bone + " " +
-                                hundredths_of(scaling.factor.x()) + ", " + hundredths_of(scaling.factor.y()) +
-                                " and " + hundredths_of(scaling.factor.z()) + " times the template's",
+                                short_decimal(scaling.factor.x(), 2) + ", " +
+                                short_decimal(scaling.factor.y(), 2) + " and " +
+                                short_decimal(scaling.factor.z(), 2) + " times the template's",
                             "factors from 0.5 to 2: points are in the unit of --unit, distances in mm");
 }
 
@@ -227,8 +223,8 @@ void warn_of_misfit(const Scaling& scaling, const char* bone, std::vector<std::s
   const double mean_mm = std::sqrt(subject_sq / static_cast<double>(scaling.subject_mm.size()));
   if (scaling.residual_rms_mm <= largest_misfit * mean_mm) return;
   warnings.push_back(std::string(bone) + ": the residual of its three factors is " +
-                     hundredths_of(scaling.residual_rms_mm) + " mm (root mean square) of distances of " +
-                     hundredths_of(mean_mm) + " mm; check the landmarks");
+                     short_decimal(scaling.residual_rms_mm, 2) + " mm (root mean square) of distances of " +
+                     short_decimal(mean_mm, 2) + " mm; check the landmarks");
 }
 
 }  // namespace
@@ -369,7 +365,7 @@ std::vector<double> landmark_residuals_mm(const KneeLandmarks& landmarks, const 
     if (residuals_mm.back() > refused_mm)
       landmarks.document.refuse(
           "landmarks." + point.name,
-          "a point " + shortest_decimal(std::round(residuals_mm.back())) + " mm from where the bones have it",
+          "a point " + short_decimal(residuals_mm.back(), 0) + " mm from where the bones have it",
           "a point in the coordinates and the unit of the mesh files");
   }
   return residuals_mm;

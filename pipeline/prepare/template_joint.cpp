@@ -400,10 +400,10 @@ std::vector<std::string> frame_warnings(const job::Case& knee, const FrameKeys& 
   const double off_mm =
       (best.t_mm - knee.frame.rotation_centre_mm).norm();  // the template's origin is its centre
   if (turned_deg > largest_turn_deg)
-    warnings.push_back(both(keys, "") + ": the bones are turned by " +
-                       shortest_decimal(std::round(turned_deg)) + " degrees from these axes" + remedy);
+    warnings.push_back(both(keys, "") + ": the bones are turned by " + short_decimal(turned_deg, 0) +
+                       " degrees from these axes" + remedy);
   else if (off_mm > largest_offset_mm)
-    warnings.push_back(keys.reference + ".origin: " + shortest_decimal(std::round(off_mm)) +
+    warnings.push_back(keys.reference + ".origin: " + short_decimal(off_mm, 0) +
                        " mm from the flexion axis between the condyles" + remedy);
   return warnings;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
+#include "job/ligament_files.hpp"
 #include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
 #include "store/motion.hpp"
@@ -187,17 +187,7 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
 namespace {
 
 constexpr std::uintmax_t largest_curve_bytes = 64u << 20;
-constexpr const char* wanted_columns =
-    "a header, separated by commas, semicolons, tabs or |, with flexion_deg and at least one of "
-    "internal_deg, "
-    "varus_deg, anterior_mm, proximal_mm, lateral_mm, ant_mm, prox_mm, lat_mm";
-
-/// The content of a column.
-struct Column {
-  enum class Kind { flexion, quantity, point, ignored } kind = Kind::ignored;
-  Quantity quantity = Quantity::internal;
-  Eigen::Index axis = 0;  ///< of the point
-};
+constexpr std::size_t most_rows = 1000000;
 
 bool is_ignored(std::string_view name)
 {
@@ -208,131 +198,73 @@ bool is_ignored(std::string_view name)
          name == "femur_rel_tibia_lat_mm";
 }
 
-std::optional<Column> column_named(std::string_view name)
+void require_known(const job::CsvTable& table)
 {
-  if (name == "flexion_deg") return Column{Column::Kind::flexion, {}, {}};
-  for (const QuantityName& known : quantity_names)
-    if (name == known.column) return Column{Column::Kind::quantity, known.quantity, {}};
-  if (name.size() == 11 && name.starts_with("centre_") && name.ends_with("_mm") && name[7] >= 'x' &&
-      name[7] <= 'z')
-    return Column{Column::Kind::point, {}, name[7] - 'x'};
-  if (is_ignored(name)) return Column{};
-  return std::nullopt;
+  std::vector<std::string> known{"flexion_deg"};
+  for (const QuantityName& q : quantity_names) known.emplace_back(q.column);
+  const std::vector<std::string_view>& names = table.columns();
+  const auto is_among = [&](std::string_view name) { return std::ranges::count(known, name) > 0; };
+  for (const std::string_view name : names) {
+    if (!is_among(name) && !is_ignored(name)) table.refuse_unknown_column(name, known, joined(known));
+    if ((is_among(name) || name.starts_with("centre_")) && std::ranges::count(names, name) > 1)
+      table.refuse(table.header(), std::string(name), "the column twice", "each column once");
+  }
+  if (std::ranges::count_if(names, is_among) < 2 || std::ranges::count(names, known.front()) == 0)
+    table.refuse(table.header(), "", "not flexion_deg and a clinical quantity",
+                 "flexion_deg and at least one more of " + joined(known));
 }
 
-/// Parses a curve line by line.
-class CurveReader {
- public:
-  explicit CurveReader(const std::string& file) : file_(file)
-  {
-    result_.curve.name = std::filesystem::path(file).stem().string();
+std::optional<Eigen::Vector3d> point_of(const job::CsvTable& table)
+{
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  int n_found = 0;
+  for (const int axis : {0, 1, 2}) {
+    const std::string name = std::string("centre_") + "xyz"[axis] + "_mm";
+    const auto column = std::ranges::find(table.columns(), name) - table.columns().begin();
+    if (static_cast<std::size_t>(column) == table.columns().size()) continue;
+    ++n_found;
+    const std::vector<double> mm = table.numbers(static_cast<std::size_t>(column));
+    point_mm[axis] = mm.front();
+    for (std::size_t i = 0; i < mm.size(); ++i)
+      if (mm[i] != mm.front())
+        table.refuse(table.row(i), name, shortest_decimal(mm[i]), "one point in all rows");
   }
+  if (n_found == 1 || n_found == 2)
+    table.refuse(table.header(), "", "a part of centre_x_mm, centre_y_mm, centre_z_mm", "all three, or none");
+  return n_found == 3 ? std::optional(point_mm) : std::nullopt;
+}
 
-  void take(std::string_view line)
-  {
-    ++n_lines_;
-    line = job::trimmed(line, " \r");  // tabs may separate empty fields
-    if (job::trimmed(line).empty() || (n_lines_ == 1 && line.starts_with("sep="))) return;
-    if (job::trimmed(line).front() == '#') {
-      result_.comments.emplace_back(job::trimmed(job::trimmed(line).substr(1)));
-    } else if (columns_.empty()) {
-      take_header(line);
-    } else {
-      take_row(line);
-    }
+std::vector<std::string> comments_of(std::string_view text)
+{
+  std::vector<std::string> comments;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = job::trimmed(text.substr(0, end));
+    if (line.starts_with('#')) comments.emplace_back(job::trimmed(line.substr(1)));
+    text.remove_prefix(std::min(end + 1, text.size()));
   }
-
-  CurveFile finish()
-  {
-    if (columns_.empty()) refuse("", "no header", wanted_columns);
-    if (result_.point_mm && !result_.point_mm->allFinite())
-      refuse("header", "a part of centre_x_mm, centre_y_mm, centre_z_mm", "all three, or none");
-    if (result_.curve.flexion_deg.empty()) refuse("", "no rows", "rows of numbers below the header");
-    std::vector<double>& internal_deg = result_.curve.values_of(Quantity::internal);
-    internal_deg = unwrapped(std::move(internal_deg), 360.0);
-    return std::move(result_);
-  }
-
- private:
-  [[noreturn]] void refuse(const std::string& field, const std::string& found,
-                           const std::string& wanted) const
-  {
-    throw InputError({file_, field, found, wanted});
-  }
-  std::string here() const { return "line " + std::to_string(n_lines_); }
-
-  void take_header(std::string_view line)
-  {
-    bool has_flexion = false, has_quantity = false;
-    separator_ = job::separator_of(line);
-    for (const std::string_view name : job::split_fields(line, separator_)) {
-      const std::optional<Column> column = column_named(name);
-      if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
-      const bool is_repeated = column->kind != Column::Kind::ignored &&
-                               std::find(names_.begin(), names_.end(), name) != names_.end();
-      if (is_repeated) refuse("column '" + std::string(name) + "'", "the column twice", "each column once");
-      names_.emplace_back(name);
-      columns_.push_back(*column);
-      has_flexion = has_flexion || column->kind == Column::Kind::flexion;
-      has_quantity = has_quantity || column->kind == Column::Kind::quantity;
-    }
-    if (!has_flexion) refuse("header", "no column flexion_deg", wanted_columns);
-    if (!has_quantity) refuse("header", "no clinical quantity besides flexion_deg", wanted_columns);
-  }
-
-  void take_row(std::string_view line)
-  {
-    const std::vector<std::string_view> fields = job::split_fields(line, separator_);
-    if (fields.size() != columns_.size())
-      refuse(here(), std::to_string(fields.size()) + " fields",
-             std::to_string(columns_.size()) + ", as in the header");
-    for (std::size_t k = 0; k < fields.size(); ++k) take_field(columns_[k], names_[k], fields[k]);
-  }
-
-  void take_field(const Column& column, const std::string& name, std::string_view field)
-  {
-    if (column.kind == Column::Kind::ignored) return;
-    const bool may_be_empty = column.kind == Column::Kind::quantity;
-    double number = std::numeric_limits<double>::quiet_NaN();
-    if (!field.empty() || !may_be_empty) {
-      const std::optional<double> read = job::parse_real(field);
-      if (!read || !std::isfinite(*read))
-        refuse(here() + ", " + name, "'" + std::string(field) + "'",
-               read ? "a finite number" : job::wanted_number(field));
-      number = *read;
-    }
-    if (column.kind == Column::Kind::flexion) {
-      result_.curve.flexion_deg.push_back(number);
-    } else if (column.kind == Column::Kind::point) {
-      if (!result_.point_mm) result_.point_mm = Eigen::Vector3d::Constant(nan);
-      double& mm = (*result_.point_mm)[column.axis];
-      if (std::isfinite(mm) && mm != number)
-        refuse(here() + ", " + name, "'" + std::string(field) + "'", "one point in all rows");
-      mm = number;
-    } else {
-      result_.curve.values_of(column.quantity).push_back(number);
-    }
-  }
-
-  std::string file_;
-  CurveFile result_;
-  std::vector<std::string> names_;
-  char separator_ = ',';
-  std::vector<Column> columns_;
-  int n_lines_ = 0;
-};
+  return comments;
+}
 
 }  // namespace
 
 CurveFile curve_from_text(const std::string& file, std::string_view text)
 {
-  CurveReader reader(file);
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    reader.take(text.substr(begin, end - begin));
-    begin = end + 1;
+  const job::CsvTable table(file, text, {"row", "rows", "rows of clinical numbers over flexion_deg"});
+  require_known(table);
+  table.require_rows(most_rows);
+  CurveFile result;
+  result.comments = comments_of(text);
+  result.point_mm = point_of(table);
+  ClinicalCurve& curve = result.curve;
+  curve.name = std::filesystem::path(file).stem().string();
+  curve.flexion_deg = table.numbers(table.column_named("flexion_deg"));
+  for (const QuantityName& q : quantity_names) {
+    if (std::ranges::count(table.columns(), std::string_view(q.column)) > 0)
+      curve.values_of(q.quantity) = table.numbers(table.column_named(q.column), job::EmptyField::missing);
   }
-  return reader.finish();
+  curve.values_of(Quantity::internal) = unwrapped(std::move(curve.values_of(Quantity::internal)), 360.0);
+  return result;
 }
 
 namespace {
@@ -395,7 +327,6 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
 CurveFile read_curve_file(const std::string& file)
 {
   std::string text = job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes);
-  job::require_table(file, text);
   job::normalise_text(text);
   return curve_from_text(file, text);
 }

@@ -335,8 +335,7 @@ using Warnings = std::vector<std::string>;
 std::string list_text(const Eigen::Vector3d& v)
 {
   std::string text;
-  for (const double value : v)
-    text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(100.0 * value) / 100.0 + 0.0);
+  for (const double value : v) text += (text.empty() ? "[" : ", ") + short_decimal(value, 2);
   return text + "]";
 }
 

@@ -329,10 +329,9 @@ void print_scaling(const Json& scaling)
   const Json& pairs = scaling["landmarks"];
   if (!pairs.empty()) {
     const Json& error = scaling["standard_error"];
-    std::printf(
-        " (standard error %s), from %zu pair(s) of landmarks, residual %.2f mm root mean square",
-        error.is_null() ? "unknown" : shortest_decimal(std::round(error.get<double>() * 1e6) / 1e6).c_str(),
-        pairs.size(), scaling["residual_rms_mm"].get<double>());
+    std::printf(" (standard error %s), from %zu pair(s) of landmarks, residual %.2f mm root mean square",
+                error.is_null() ? "unknown" : short_decimal(error.get<double>(), 6).c_str(), pairs.size(),
+                scaling["residual_rms_mm"].get<double>());
   }
   std::printf("\n");
   if (pairs.empty()) return;

@@ -638,12 +638,7 @@ std::string angles_text(const std::vector<std::int32_t>& indices, const std::vec
       for (std::size_t k = first; k <= last; ++k) parts.push_back(degrees(k));
     }
   }
-  std::string text;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    text += k == 0 ? "" : k + 1 == parts.size() ? " and " : ", ";
-    text += parts[k];
-  }
-  return text;
+  return join_alternatives(parts, " and ");
 }
 
 std::string missing_text(const MissingSteps& missing, const std::vector<double>& flexion_deg,

@@ -48,14 +48,6 @@ solve::SolverBody solver_body(const Body& body, const SolverFrame& frame)
   return {solver_mesh(body.contact.mesh, frame), body.contact.component};
 }
 
-std::vector<double> radians(const std::vector<double>& degrees)
-{
-  std::vector<double> result;
-  result.reserve(degrees.size());
-  for (const double value : degrees) result.push_back(rad_from_deg(value));
-  return result;
-}
-
 }  // namespace
 
 solve::Joint joint_of(const job::Case& job_case, const SolverFrame& frame)

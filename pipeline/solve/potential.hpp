@@ -138,13 +138,9 @@ inline SolverPosition solver_position(const SolverFrame& frame, const Pose& X_re
   return solver_position(X_solver_reference_moving(frame, X_reference_moving));
 }
 
-/// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
-/// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces
-/// are moments about that origin (N mm), then forces (N), so that their product is work.
-inline Eigen::Vector3d velocity_at(const Vector6d& twist, const SolverPosition& at, const Eigen::Vector3d& p)
-{
-  return twist.tail<3>() + twist.head<3>().cross(p - at.pose.translation_mm);
-}
+// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
+// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces
+// are moments about that origin (N mm), then forces (N), so that their product is work.
 
 /// Moment and force of `force_n` acting at the point `p`.
 Vector6d wrench_of(const Eigen::Vector3d& force_n, const Eigen::Vector3d& p, const SolverPosition& at);

@@ -285,14 +285,6 @@ template HermiteSample<6> sample(const HermiteGrid<6>&, const Attitude&);
 
 namespace {
 
-std::vector<double> radians(const std::vector<double>& angles_deg)
-{
-  std::vector<double> angles_rad;
-  angles_rad.reserve(angles_deg.size());
-  for (const double angle_deg : angles_deg) angles_rad.push_back(rad_from_deg(angle_deg));
-  return angles_rad;
-}
-
 bool ascends(const std::vector<double>& axis)
 {
   return std::adjacent_find(axis.begin(), axis.end(), std::greater_equal<>()) == axis.end();
@@ -535,12 +527,9 @@ store::DefaultMotion default_motion(const store::MotionModel& model)
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)
 {
   if (set.empty()) return default_motion(model).set;
-  std::string known;
-  for (const std::string& name : all_set_names(model)) {
-    if (name == set) return name;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw InputError({file, "--set", set, known});
+  const std::vector<std::string> known = all_set_names(model);
+  if (std::ranges::find(known, set) != known.end()) return set;
+  throw InputError({file, "--set", set, joined(known)});
 }
 
 Motion::Motion(const store::MotionModel& model)

@@ -262,8 +262,7 @@ std::string field_of(const IndexColumn& column, std::size_t row)
     return csv_field(texts->at(row));
   if (const auto* codes = std::get_if<std::vector<std::int8_t>>(&column.values))
     return word_of(column.flags, codes->at(row));
-  const double number = std::get<std::vector<double>>(column.values).at(row);
-  return std::isnan(number) ? "" : shortest_decimal(number);
+  return csv_number(std::get<std::vector<double>>(column.values).at(row));
 }
 
 }  // namespace

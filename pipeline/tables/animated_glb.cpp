@@ -314,14 +314,6 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
   }
 }
 
-/// Whether a body that follows the joint has a pose in every frame; otherwise it is left out.
-bool is_posed(const FlexionMotion& motion, const store::FollowerRows& follower)
-{
-  const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
-  return std::all_of(motion.frames.begin(), motion.frames.end(),
-                     [&](const FlexionFrame& frame) { return frame.pose.has_follower.at(row); });
-}
-
 /// Adds the fibres to the reference's node.
 void add_ligaments(Scene& scene, Animation& animation, std::size_t reference, const store::MotionModel& model,
                    const FlexionMotion& motion)
@@ -405,7 +397,8 @@ Json add_labels(Scene& scene, Animation& animation, const store::MotionModel& mo
   const double scale = store::width_ratio(model.moving);
   for (const store::JointLabel& label : store::joint_labels(model)) {
     const bool is_follower = model::row_of(label.first) > 1;
-    if (is_follower && !motion.frames.front().pose.has_follower.at(model::follower_row(label.first))) continue;
+    if (is_follower && !motion.frames.front().pose.has_follower.at(model::follower_row(label.first)))
+      continue;
     const auto n_letters = static_cast<double>(label.text.size());
     const int width_px = static_cast<int>(std::ceil((letter_width * n_letters + 0.6) * text_height_px));
     const double height_m = scale * label_height_mm * metres_per_mm;

@@ -316,13 +316,6 @@ std::vector<AxisFunction> follower_functions(const store::FollowerRows& follower
           {"translation2", {0, 1, 0}, coordinate(4)}, {"translation3", {0, 0, 1}, coordinate(5)}};
 }
 
-bool has_all_poses(const FlexionMotion& motion, const store::FollowerRows& follower)
-{
-  const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
-  return std::all_of(motion.frames.begin(), motion.frames.end(),
-                     [&](const FlexionFrame& frame) { return frame.pose.has_follower.at(row); });
-}
-
 void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& function, double sign)
 {
   std::vector<FlexionFrame> frames = motion.frames;
@@ -636,7 +629,7 @@ OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motio
   std::vector<const store::FollowerRows*> followers = store::in_order(model.followers);
   // Splines over flexion; with --varus driven there is no function of the follower.
   std::erase_if(followers, [&](const auto* follower) {
-    return options.surfaces.has_value() || !has_all_poses(motion, *follower);
+    return options.surfaces.has_value() || !is_posed(motion, *follower);
   });
   const std::vector<NamedFibres> fibres = named_fibres(model, followers);
   pugi::xml_document document;

@@ -19,12 +19,6 @@
 namespace vrda::tables {
 namespace {
 
-/// Text of a number; empty for NaN.
-std::string field(double value)
-{
-  return std::isnan(value) ? "" : shortest_decimal(value);
-}
-
 struct Column {
   std::string name;
   std::function<std::string(Eigen::Index cell)> text;
@@ -34,7 +28,7 @@ using Columns = std::vector<Column>;
 
 void add(Columns& columns, const std::string& name, const store::GridD& grid)
 {
-  columns.push_back({name, [&grid](Eigen::Index cell) { return field(grid.data()[cell]); }});
+  columns.push_back({name, [&grid](Eigen::Index cell) { return csv_number(grid.data()[cell]); }});
 }
 
 template <typename Integer>
@@ -56,7 +50,7 @@ void add_points(Columns& columns, const std::string& name, const std::vector<dou
   constexpr std::array<char, 3> axes{'x', 'y', 'z'};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     columns.push_back({name + '_' + axes[axis], [&points, axis](Eigen::Index cell) {
-                         return field(points[3 * static_cast<std::size_t>(cell) + axis]);
+                         return csv_number(points[3 * static_cast<std::size_t>(cell) + axis]);
                        }});
   }
 }
@@ -72,10 +66,10 @@ void add_attitude(Columns& columns, const store::MotionModel& model)
 {
   const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
   columns.push_back({"flexion_deg", [&model, n_varus](Eigen::Index cell) {
-                       return field(model.flexion_deg[static_cast<std::size_t>(cell / n_varus)]);
+                       return csv_number(model.flexion_deg[static_cast<std::size_t>(cell / n_varus)]);
                      }});
   columns.push_back({"varus_deg", [&model, n_varus](Eigen::Index cell) {
-                       return field(model.varus_deg[static_cast<std::size_t>(cell % n_varus)]);
+                       return csv_number(model.varus_deg[static_cast<std::size_t>(cell % n_varus)]);
                      }});
   add_names<StepStatus>(columns, "status", model.status);
   add_names<Plausibility>(columns, "plausibility", model.plausibility);
@@ -110,7 +104,7 @@ void add_raw(Columns& columns, const store::MotionModel& model, const store::Cli
   for (const int axis : {0, 1, 2}) {
     columns.push_back(
         {std::string("centre_") + "xyz"[axis] + "_mm",
-         [centre_mm = model.rotation_centre_mm[axis]](Eigen::Index) { return field(centre_mm); }});
+         [centre_mm = model.rotation_centre_mm[axis]](Eigen::Index) { return csv_number(centre_mm); }});
   }
   for (const auto& [side, name, meaning] : compartment_names)
     add(columns, std::string("gap_") + name + "_mm", model.gap_mm[side]);
@@ -217,9 +211,9 @@ std::string flexion_csv(const FlexionMotion& motion, const std::vector<analysis:
   std::string text = joined(names, ",") + '\n';
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
     std::vector<std::string> cells;
-    if (has_key) cells.push_back(field(motion.frames[k].pose.key));
-    for (const auto& [name, value] : values_of(motion, motion.frames[k])) cells.push_back(field(value));
-    for (const analysis::Curve* curve : curves) cells.push_back(field(curve->values[k]));
+    if (has_key) cells.push_back(csv_number(motion.frames[k].pose.key));
+    for (const auto& [name, value] : values_of(motion, motion.frames[k])) cells.push_back(csv_number(value));
+    for (const analysis::Curve* curve : curves) cells.push_back(csv_number(curve->values[k]));
     text += joined(cells, ",") + '\n';
   }
   return text;
@@ -239,7 +233,7 @@ std::string cells_csv(const store::MotionModel& model)
     for (const Column& column : columns) names.push_back(column.name);
     const std::vector<double>& keys = model.frames->key;
     columns.insert(columns.begin(), {key_column(model.frames->key_name, names), [&keys](Eigen::Index cell) {
-                                       return field(keys[static_cast<std::size_t>(cell)]);
+                                       return csv_number(keys[static_cast<std::size_t>(cell)]);
                                      }});
   }
   std::string text;
@@ -476,6 +470,13 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
     throw InputError({file, result.set, "no attitude with a pose", "at least one to export"});
   }
   return result;
+}
+
+bool is_posed(const FlexionMotion& motion, const store::FollowerRows& follower)
+{
+  const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
+  return std::ranges::all_of(motion.frames,
+                             [&](const FlexionFrame& frame) { return frame.pose.has_follower.at(row); });
 }
 
 std::string set_text(const FlexionMotion& motion)

@@ -69,6 +69,9 @@ VarusRule default_varus(const store::MotionModel& model, const std::string& set)
 FlexionMotion flexion_motion(const store::MotionModel& model, const std::string& file,
                              const FlexionPlan& plan);
 
+/// Whether a body that follows the joint has a pose in every frame; otherwise it is left out.
+bool is_posed(const FlexionMotion& motion, const store::FollowerRows& follower);
+
 /// "raw", with the reason if there is one: "raw: two_sided (degree 4) does not meet ...".
 std::string set_text(const FlexionMotion& motion);
 

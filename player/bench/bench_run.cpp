@@ -446,8 +446,8 @@ void require_from(const BenchOptions& options, RecordingReader& pictures)
   // Rounded down, so that the reported end is valid.
   constexpr double tenths = 10.0;
   throw InputError(
-      {"--from", "", show::rounded_text(options.from_s, 1),
-       "a second of the recording, 0 to " + show::rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+      {"--from", "", short_decimal(options.from_s, 1),
+       "a second of the recording, 0 to " + short_decimal(std::floor(tenths * last_s) / tenths, 1)});
 }
 
 }  // namespace
@@ -755,7 +755,7 @@ namespace {
 
 std::string hundredths(double value)
 {
-  return show::rounded_text(value, 2);
+  return short_decimal(value, 2);
 }
 
 }  // namespace
@@ -806,7 +806,7 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
   std::ostringstream text;
   for (const BodyPrediction& p : predictions) {
     const PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
-    text << name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2) << " ms: held "
+    text << name_of(p.role) << " after " << short_decimal(p.horizon_ms, 2) << " ms: held "
          << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
          << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
          << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "

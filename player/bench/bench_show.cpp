@@ -18,7 +18,7 @@ using view::amber, view::faint, view::green, view::ink, view::margin_px;
 
 std::string tenths(double value)
 {
-  return show::rounded_text(value, 1);
+  return short_decimal(value, 1);
 }
 
 const char* why(ToolVisibility state)

@@ -7,7 +7,6 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 #include "view/stereo_view.hpp"
 
 namespace vrda::bench {
@@ -287,7 +286,7 @@ double spread_of(double sum, double sum_squares, double n)
 /// Rounded to 0.01 ms.
 std::string ms_text(double ms)
 {
-  return show::rounded_text(ms, 2);
+  return short_decimal(ms, 2);
 }
 
 void write_histogram(std::ostream& out, const char* name, const TimeHistogram& times)
@@ -414,7 +413,7 @@ std::string timing_text(const BenchTiming& timing)
 {
   std::ostringstream text;
   const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
-  text << timing.n_pictures << " frames, " << show::rounded_text(rate, 1) << " a second; latency "
+  text << timing.n_pictures << " frames, " << short_decimal(rate, 1) << " a second; latency "
        << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
        << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99th percentile), "
        << ms_text(timing.latency.max_ms()) << " ms (longest); " << timing.n_samples << " samples, "

@@ -8,7 +8,6 @@
 #include "bench/bench_run.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::bench {
 
@@ -395,9 +394,8 @@ std::string fit_text(const PoseFit& fit)
     return why;
   }
   const FitQuality quality = quality_of(fit);
-  return "residual " + show::rounded_text(quality.residual_mm, 2) + " mm at " +
-         std::to_string(quality.n_markers) + " markers, rotation sd " +
-         show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 2) + " deg";
+  return "residual " + short_decimal(quality.residual_mm, 2) + " mm at " + std::to_string(quality.n_markers) +
+         " markers, rotation sd " + short_decimal(deg_from_rad(quality.rotation_sd_rad), 2) + " deg";
 }
 
 namespace {
@@ -425,7 +423,7 @@ bool is_plausible(const BeyondRange& flexion, const BeyondRange& varus, double r
 
 std::string beyond_text(const char* angle, const BeyondRange& at)
 {
-  const auto degrees = [](double rad) { return show::rounded_text(std::round(deg_from_rad(rad)), 0); };
+  const auto degrees = [](double rad) { return short_decimal(std::round(deg_from_rad(rad)), 0); };
   return std::string(angle) + ' ' + degrees(at.measured_rad) + ", model " +
          (at.measured_rad > at.nearest_rad ? "ends" : "begins") + " at " + degrees(at.nearest_rad);
 }
@@ -462,7 +460,7 @@ std::string leg_check_text(const LegCheck& check)
   if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
   if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
   if (std::abs(check.rotation_rad) > largest_rotation_rad)
-    add("rotation " + show::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
+    add("rotation " + short_decimal(std::round(deg_from_rad(check.rotation_rad)), 0));
   return text;
 }
 

@@ -196,7 +196,7 @@ void CalibrationFile::write(const Calibration& calibration)
 
 std::string text(double value, int decimals, const std::string& unit)
 {
-  return show::rounded_text(value, decimals) + (unit.empty() ? "" : " " + unit);
+  return short_decimal(value, decimals) + (unit.empty() ? "" : " " + unit);
 }
 
 double rounded(double value, int decimals)
@@ -269,7 +269,7 @@ std::string interval_text(const Estimate& estimate, Eigen::Index k)
 {
   const double half_width = half_width_95(estimate, k);
   const int decimals = decimals_for(half_width);
-  return show::rounded_text(estimate.values[k], decimals) + " +- " +
+  return short_decimal(estimate.values[k], decimals) + " +- " +
          text(half_width, decimals, estimate.units[static_cast<std::size_t>(k)]);
 }
 

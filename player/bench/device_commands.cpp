@@ -55,14 +55,14 @@ const char* name_of(ToolVisibility state)
 std::string place_text(const ToolPose& place)
 {
   std::string text;
-  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + show::rounded_text(v, 2);
+  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + short_decimal(v, 2);
   return text;
 }
 
 void write_report(std::ostream& out, const std::string& name, const DeviceReport& report)
 {
   out << name << "  " << report.peer << "  " << (report.link == LinkState::up ? "answers" : "does not answer")
-      << "  " << show::rounded_text(report.rate_hz, 1) << " samples a second";
+      << "  " << short_decimal(report.rate_hz, 1) << " samples a second";
   if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
   if (!report.error_message.empty()) out << "  (" << report.error_message << ")";
   out << "\n";
@@ -91,7 +91,7 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
     const auto state = static_cast<ToolVisibility>(values.tools[k]->state);
     out << name_of(state);
     if (state == ToolVisibility::seen) out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
-    out << "  " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
+    out << "  " << short_decimal(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
     out << "\n";
   }
   for (const BodyRole role : body_roles) {
@@ -105,7 +105,7 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
   write_report(out, "board", devices.report(DeviceId::board));
   if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
   if (values.stage) {
-    out << "  stage  " << show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
+    out << "  stage  " << short_decimal(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
         << ((values.stage->state & stage_zeroed) != 0 ? "" : ", not zeroed") << "\n";
   }
 }
@@ -277,7 +277,7 @@ std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, do
   std::vector<MarkerRow> frames = received.frames(most_frames);
   if (frames.empty()) {
     throw InputError({bench.path, key_of(role) + ".markers",
-                      "none of them seen in " + show::rounded_text(seconds, 1) + " s (" +
+                      "none of them seen in " + short_decimal(seconds, 1) + " s (" +
                           tracker_error_message(devices.report(DeviceId::tracker)) + ")",
                       "markers that the tracker reports with these names"});
   }
@@ -320,19 +320,19 @@ std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, Bod
     text << (k == 0 ? "" : ", ") << core::quoted_text(settings.markers[k]);
   text << "]\nmarkers_mm = [";
   for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
-    text << (k == 0 ? "" : ", ") << show::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
+    text << (k == 0 ? "" : ", ") << short_decimal(built.body.markers_mm(k / 3, k % 3), 3);
   const FitQuality quality = quality_of(typical_fit(built));
   text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
-       << " with fewer than three markers excluded; residual " << show::rounded_text(built.residual_rms_mm, 3)
+       << " with fewer than three markers excluded; residual " << short_decimal(built.residual_rms_mm, 3)
        << " mm (root mean square)\n# expected pose error with all markers: rotation "
-       << show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
-       << show::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
+       << short_decimal(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
+       << short_decimal(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << "# " << settings.markers[k] << ": " << show::rounded_text(built.markers[k].residual_rms_mm, 3)
+    text << "# " << settings.markers[k] << ": " << short_decimal(built.markers[k].residual_rms_mm, 3)
          << " mm in " << built.markers[k].n_frames << " frames\n";
   if (!settings.markers_body_mm.empty())
     text << "# in the frame of the bench file's markers_mm, difference "
-         << show::rounded_text(built.given_rms_mm, 3) << " mm (root mean square)\n";
+         << short_decimal(built.given_rms_mm, 3) << " mm (root mean square)\n";
   if (built.status != BuildStatus::converged)
     text << "# not converged: too few frames with the same markers\n";
   return text.str();
@@ -344,7 +344,7 @@ void measure_body(const MeasureBodyOptions& options, const show::Streams& stream
   const BodyRole role = wanted_role(bench, options.role);
   if (!options.is_quiet)
     streams.messages << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
-                     << show::rounded_text(options.seconds, 1) << " s" << std::endl;
+                     << short_decimal(options.seconds, 1) << " s" << std::endl;
   const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
   streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }

@@ -70,7 +70,7 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
   const ClinicalCoordinates c = clinical_coordinates(frame.pose.X_reference_moving, side, rotation_centre_mm);
   std::string text = "{\"frame\": " + std::to_string(streamed.number);
   const auto add = [&text](const char* name, double value) {
-    text += std::string(", \"") + name + "\": " + show::rounded_text(value, 4);
+    text += std::string(", \"") + name + "\": " + short_decimal(value, 4);
   };
   add("flexion_deg", deg_from_rad(c.flexion_rad));
   add("varus_deg", deg_from_rad(c.varus_rad));

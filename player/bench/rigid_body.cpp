@@ -55,15 +55,10 @@ RigidBody body_of(const MarkerRow& row)
   return body;
 }
 
-/// Rounded to a micrometre.
-std::string number_of(double length_mm)
-{
-  return shortest_decimal(std::round(length_mm * 1000.0) / 1000.0);
-}
-
 std::string text_of(const MarkerCloud& cloud)
 {
-  return std::to_string(cloud.n) + " markers, second singular value " + number_of(cloud.spread_mm(1)) + " mm";
+  return std::to_string(cloud.n) + " markers, second singular value " + short_decimal(cloud.spread_mm(1), 3) +
+         " mm";
 }
 
 void require_frames(const std::vector<MarkerRow>& frames, const std::string& file)
@@ -101,8 +96,9 @@ Shape first_shape(const std::vector<MarkerRow>& frames, const std::string& file,
     throw FitError({file, "markers", "no frame with three visible markers", "three or more in a frame"});
   }
   if (!best) {
-    throw FitError({file, "markers", "collinear: at best " + text_of(widest),
-                    "a second singular value of " + number_of(options.least_spread_mm) + " mm or more"});
+    throw FitError(
+        {file, "markers", "collinear: at best " + text_of(widest),
+         "a second singular value of " + short_decimal(options.least_spread_mm, 3) + " mm or more"});
   }
   Shape shape{body_of(*best), {}};
   for (const auto& marker : *best) shape.is_known.push_back(marker.has_value());
@@ -169,8 +165,8 @@ Pose own_frame(const RigidBody& body, const std::string& file)
   const Eigen::Vector3d along = p.row(1).transpose() - first;
   // If two markers coincide, noise would determine the axis.
   if (along.norm() < least_spread_mm) {
-    throw FitError({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
-                    number_of(least_spread_mm) + " mm or more, or given coordinates of the markers"},
+    throw FitError({file, "markers 1 and 2", short_decimal(along.norm(), 3) + " mm apart",
+                    short_decimal(least_spread_mm, 3) + " mm or more, or given coordinates of the markers"},
                    {0, 1});
   }
   const Eigen::Vector3d x = along.normalized();
@@ -290,13 +286,6 @@ Attitude attitude_of(const LegAngles& angles)
 Pose X_femur_tibia(const LegAngles& angles, const SolverFrame& frame, const Eigen::Vector3d& translation_mm)
 {
   return X_reference_moving(frame, attitude_of(angles), {translation_mm, angles.theta_rad});
-}
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
-{
-  Eigen::Matrix3d W;
-  W << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return W;
 }
 
 namespace {

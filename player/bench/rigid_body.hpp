@@ -10,6 +10,7 @@
 
 #include "core/text.hpp"
 #include "model/frames.hpp"
+#include "model/linear_algebra.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::bench {
@@ -136,9 +137,6 @@ struct Screw {
 };
 /// The motion of `factor` units of time.
 Screw scaled(const Screw& screw, double factor);
-
-/// The matrix of the cross product: cross_matrix(v) * w = v x w.
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
 /// Exponential map.
 Pose pose_of(const Screw& screw);

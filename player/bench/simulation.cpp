@@ -184,12 +184,6 @@ std::int64_t rounded(double value)
 
 constexpr double ns_a_second = 1e9;
 
-/// To thousandths.
-std::string degrees_text(double angle_rad)
-{
-  return shortest_decimal(std::round(1000.0 * deg_from_rad(angle_rad)) / 1000.0);
-}
-
 /// Adds noise to a body's pose: a rotation about its own axes and a translation.
 Pose with_noise(const Pose& X, const SimulationScript& script, RandomSequence& draws)
 {
@@ -231,8 +225,8 @@ std::optional<std::string> Simulation::first_where(const IsWrong& is_wrong) cons
     const double time_s = first_s + (last_s - first_s) * i / n_times;
     const Attitude wanted = attitude_of(scripted_angles(time_s));
     if (!is_wrong(motion_->at(wanted))) continue;
-    return "flexion " + degrees_text(wanted.flexion_rad) + ", varus " + degrees_text(wanted.varus_rad) +
-           " at " + shortest_decimal(time_s) + " s";
+    return "flexion " + short_decimal(deg_from_rad(wanted.flexion_rad), 3) + ", varus " +
+           short_decimal(deg_from_rad(wanted.varus_rad), 3) + " at " + shortest_decimal(time_s) + " s";
   }
   return std::nullopt;
 }
@@ -255,7 +249,7 @@ std::optional<InputError::Facts> Simulation::beyond_motion(const std::string& fi
   });
   if (!beyond) return std::nullopt;
   const auto range = [](double first_rad, double last_rad) {
-    return degrees_text(first_rad) + " to " + degrees_text(last_rad);
+    return short_decimal(deg_from_rad(first_rad), 3) + " to " + short_decimal(deg_from_rad(last_rad), 3);
   };
   std::string wanted =
       "flexion " + range(motion_->first_flexion_rad(), motion_->last_flexion_rad()) + " degrees";

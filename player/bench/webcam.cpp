@@ -147,13 +147,12 @@ Camera CameraFit::camera(const std::string& file) const
   camera.n_views = static_cast<int>(state.ids.size());
   constexpr double most_rms_px = 1.0, most_focal_share = 0.01;
   if (!(camera.rms_px <= most_rms_px))
-    throw InputError({file, "", "an error of " + show::rounded_text(camera.rms_px, 2) + " px",
+    throw InputError({file, "", "an error of " + short_decimal(camera.rms_px, 2) + " px",
                       "at most 1 px: a flat board, no motion blur, fixed focus"});
   const double focal_share =
       std::max(sd.at<double>(0) / camera.focal_px.x(), sd.at<double>(1) / camera.focal_px.y());
   if (!(focal_share <= most_focal_share))
-    throw InputError({file, "",
-                      "a focal length known to " + show::rounded_text(100.0 * focal_share, 1) + " %",
+    throw InputError({file, "", "a focal length known to " + short_decimal(100.0 * focal_share, 1) + " %",
                       "1 %: tilt the board more"});
   return camera;
 }
@@ -554,8 +553,8 @@ void calibrate(const CalibrateOptions& options, std::ostream& messages)
   }
   const Camera camera = fit.camera(output);
   Publication::begin(output, "vrda-webcam")->publish(camera_text(camera));
-  messages << output << ": focal length " << show::rounded_text(camera.focal_px.x(), 1) << " px, error "
-           << show::rounded_text(camera.rms_px, 2) << " px in " << camera.n_views << " views\n";
+  messages << output << ": focal length " << short_decimal(camera.focal_px.x(), 1) << " px, error "
+           << short_decimal(camera.rms_px, 2) << " px in " << camera.n_views << " views\n";
 }
 
 }  // namespace vrda::bench

@@ -201,7 +201,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   }
   if (!estimate.residuals.empty()) {
     out << "  residual rms "
-        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms)) << " "
+        << short_decimal(estimate.residual_rms, bench::decimals_for(estimate.residual_rms)) << " "
         << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
   }
   for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
@@ -284,7 +284,7 @@ void write_summary(std::ostream& out, const char* name, std::span<const TargetEr
 {
   const TargetSummary s = summary_of(errors);
   const auto text = [](double mm, double arc_min) {
-    return show::rounded_text(mm, 2) + " mm (" + show::rounded_text(arc_min, 1) + "')";
+    return short_decimal(mm, 2) + " mm (" + short_decimal(arc_min, 1) + "')";
   };
   out << "  " << padded(name, 8) << "median " << text(s.mm.median, s.arc_min.median) << ", 9 of 10 within "
       << text(s.mm.p90, s.arc_min.p90) << ", largest " << text(s.mm.largest, s.arc_min.largest) << "\n";
@@ -316,8 +316,8 @@ Json targets_json(std::span<const TargetError> before, std::span<const TargetErr
 void write_joint(std::ostream& out, const JointError& error)
 {
   out << "error at the joint (root mean square of both bones): by landmarks "
-      << show::rounded_text(error.by_landmarks_mm, 2) << " mm, by motion "
-      << show::rounded_text(error.functional_mm, 2) << " mm\n";
+      << short_decimal(error.by_landmarks_mm, 2) << " mm, by motion " << short_decimal(error.functional_mm, 2)
+      << " mm\n";
 }
 
 struct JointSummary {
@@ -348,8 +348,8 @@ JointSummary summary_of(std::span<const JointError> joints)
 void write_joints(std::ostream& out, const JointSummary& s)
 {
   const auto row = [&](const char* name, const Quantiles& of) {
-    out << "  " << padded(name, 16) << "median " << show::rounded_text(of.median, 2) << " mm, 9 of 10 within "
-        << show::rounded_text(of.p90, 2) << " mm, largest " << show::rounded_text(of.largest, 2) << " mm\n";
+    out << "  " << padded(name, 16) << "median " << short_decimal(of.median, 2) << " mm, 9 of 10 within "
+        << short_decimal(of.p90, 2) << " mm, largest " << short_decimal(of.largest, 2) << " mm\n";
   };
   out << "error at the joint of " << s.n << " legs (root mean square of both bones)\n";
   row("by landmarks", s.by_landmarks);
@@ -365,8 +365,8 @@ void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
       << "mean half width\n";
   for (const NumberStatistics& number : statistics.numbers) {
     out << padded(number.part, 12) << padded(number.name, 22)
-        << padded(show::rounded_text(100.0 * number.n_within / number.n, 1) + " %", 14)
-        << padded(show::rounded_text(number.rms_error, bench::decimals_for(number.rms_error)), 12)
+        << padded(short_decimal(100.0 * number.n_within / number.n, 1) + " %", 14)
+        << padded(short_decimal(number.rms_error, bench::decimals_for(number.rms_error)), 12)
         << bench::text(number.mean_half_width, bench::decimals_for(number.mean_half_width), number.unit)
         << "\n";
   }

@@ -147,8 +147,7 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
     sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0), eye_text(is_right) + ": visible " + size_text(seen),
                     ink);
     sheet.add_words(corner + Eigen::Vector2d(8.0, 26.0),
-                    "centre " + show::rounded_text(centre.x(), 1) + ", " + show::rounded_text(centre.y(), 1),
-                    ink);
+                    "centre " + short_decimal(centre.x(), 1) + ", " + short_decimal(centre.y(), 1), ink);
   }
   const view::Viewport& left = request.found.eyes.left.visible;
   const view::Viewport& window = request.found.eyes.left.window;

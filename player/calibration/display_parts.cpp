@@ -7,8 +7,8 @@
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/virtual_bench.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 
@@ -466,7 +466,7 @@ std::array<Dial, 2> position_dials(const view::Eye& eye, const std::string& name
 Task node_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right,
                const Eigen::Vector2d& node)
 {
-  const std::string place = show::rounded_text(node.x(), 1) + ", " + show::rounded_text(node.y(), 1);
+  const std::string place = short_decimal(node.x(), 1) + ", " + short_decimal(node.y(), 1);
   const Eigen::Vector2d up(1.0, -1.0);
   const auto [x, y] = position_dials(
       eye, "", view::middle_px(eye.visible) + likely_spacing_px(eye, settings) * node.cwiseProduct(up));

@@ -7,8 +7,8 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -121,8 +121,7 @@ void require_spread(std::span<const GridMark> marks, const bench::FitErrorContex
 
 std::string field_of(const Eigen::Vector2d& node)
 {
-  return ".distortion: node (" + show::rounded_text(node.x(), 2) + ", " + show::rounded_text(node.y(), 2) +
-         ")";
+  return ".distortion: node (" + short_decimal(node.x(), 2) + ", " + short_decimal(node.y(), 2) + ")";
 }
 
 void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
@@ -132,7 +131,7 @@ void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
   const double fold_px = view::fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
   context.fail(".distortion",
-               "k1 " + show::rounded_text(distortion.k1, 4) + ", k2 " + show::rounded_text(distortion.k2, 4) +
+               "k1 " + short_decimal(distortion.k1, 4) + ", k2 " + short_decimal(distortion.k2, 4) +
                    ", a distortion that folds at a radius of " + bench::text(fold_px, 0, "px"),
                "a monotonic distortion up to " + bench::text(furthest_px, 0, "px") +
                    "; add marks near the corners of the visible part");

@@ -11,7 +11,7 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
-#include "show/session.hpp"
+#include "core/text.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -563,8 +563,7 @@ void require_size(const ViewportMarks& marks, const bench::FitErrorContext& cont
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
     context.fail(
-        ".screen",
-        show::rounded_text(marks.screen_mm.x(), 2) + " x " + bench::text(marks.screen_mm.y(), 2, "mm"),
+        ".screen", short_decimal(marks.screen_mm.x(), 2) + " x " + bench::text(marks.screen_mm.y(), 2, "mm"),
         "width and height of the visible part above 0, measured with a ruler", {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm))

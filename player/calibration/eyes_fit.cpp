@@ -9,7 +9,6 @@
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -8,8 +8,8 @@
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/virtual_bench.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 
@@ -242,7 +242,7 @@ struct EyepointsPart final : EyePart {
     }
     const Eigen::Vector2d sd = expected_eyepoint_sd(marks, usual, usual_noise_px);
     return "Expected accuracy with these rectangles and half a pixel of noise: distance about +-" +
-           show::rounded_text(2.0 * sd.x(), 1) + " px, depth +-" + show::rounded_text(2.0 * sd.y(), 1) +
+           short_decimal(2.0 * sd.x(), 1) + " px, depth +-" + short_decimal(2.0 * sd.y(), 1) +
            " mm. A larger range of depths improves it.";
   }
 
@@ -434,7 +434,7 @@ void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tra
   const Eigen::Matrix3d R_t = X_tracker_table.linear().transpose();
   Matrix6 A = Matrix6::Zero();
   A.topLeftCorner<3, 3>() = -R_t;
-  A.topRightCorner<3, 3>() = rad_from_deg(1.0) * bench::cross_matrix(X_table_eyes.translation()) * R_t;
+  A.topRightCorner<3, 3>() = rad_from_deg(1.0) * cross_matrix(X_table_eyes.translation()) * R_t;
   A.bottomRightCorner<3, 3>() = -R_t;
   eyes.covariance.topLeftCorner<6, 6>() +=
       A * prior_covariance(table, bench::pose_number_names("table")) * A.transpose();

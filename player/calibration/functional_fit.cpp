@@ -8,7 +8,7 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/calibrate.hpp"
-#include "show/session.hpp"
+#include "core/text.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
@@ -131,7 +131,7 @@ Pose at_centre(const Pose& X, const Eigen::Vector3d& centre_mm)
 Matrix6 at_point(const Eigen::Vector3d& arm_mm)
 {
   Matrix6 A = Matrix6::Identity();
-  A.topRightCorner<3, 3>() = -bench::cross_matrix(arm_mm);
+  A.topRightCorner<3, 3>() = -cross_matrix(arm_mm);
   return A;
 }
 
@@ -141,7 +141,7 @@ Matrix6 adjoint_inverse(const Pose& X_a_b)
   const Eigen::Matrix3d R_t = X_a_b.linear().transpose();
   Matrix6 A = Matrix6::Zero();
   A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = R_t;
-  A.topRightCorner<3, 3>() = -R_t * bench::cross_matrix(X_a_b.translation());
+  A.topRightCorner<3, 3>() = -R_t * cross_matrix(X_a_b.translation());
   return A;
 }
 
@@ -178,7 +178,7 @@ Vector6 twist_of(const Pose& X)
 /// Left Jacobian of the rotation vector, to its third order.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& turn_rad)
 {
-  const Eigen::Matrix3d W = bench::cross_matrix(turn_rad);
+  const Eigen::Matrix3d W = cross_matrix(turn_rad);
   return Eigen::Matrix3d::Identity() + 0.5 * W + W * W / 6.0;
 }
 
@@ -588,7 +588,7 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
     if (sum.n() < least_samples) {
       context.fail(
           trials[k].name,
-          show::rounded_text(sum.n(), 0) + " samples within the model's flexions, by the landmarks",
+          short_decimal(sum.n(), 0) + " samples within the model's flexions, by the landmarks",
           std::to_string(least_samples) + " or more; bend within the model's range, and check the landmarks",
           {k});
     }
@@ -796,7 +796,7 @@ JointCurve::Knot knot_at(const store::Motion& motion, double flexion_rad, const 
   const store::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
   if (pose.status != store::PoseStatus::solved) {
     throw InputError({file, "flexion",
-                      "no solved pose at " + show::rounded_text(deg_from_rad(flexion_rad), 1) + " degrees",
+                      "no solved pose at " + short_decimal(deg_from_rad(flexion_rad), 1) + " degrees",
                       "a motion solved at all flexions; choose another --set, as degree_6"});
   }
   JointCurve::Knot knot;

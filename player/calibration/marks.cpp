@@ -7,8 +7,8 @@
 #include "bench/devices.hpp"
 #include "bench/rigid_body.hpp"
 #include "calibration/parts.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -57,7 +57,7 @@ double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
 /// "0.5 to 2 mm"
 std::string range_text(double least, double most, const std::string& unit)
 {
-  return show::rounded_text(least, 2) + " to " + bench::text(most, 2, unit);
+  return short_decimal(least, 2) + " to " + bench::text(most, 2, unit);
 }
 
 }  // namespace
@@ -256,10 +256,9 @@ void require_static(CalibrationPart id, const Task& task, const CalibrationMark&
   constexpr double most_deviations = 3.0;
   const double furthest_mm = std::max(least_limit_mm, most_deviations * successive_noise_mm(places));
   if (mean.furthest_mm > furthest_mm) {
-    throw PartRefusal(
-        {path, std::string(part_object(id).name()) + ", " + task.name,
-         "samples up to " + show::rounded_text(mean.furthest_mm, 1) + " mm from their mean",
-         "at most " + show::rounded_text(furthest_mm, 1) + " mm; hold it still and sample again"});
+    throw PartRefusal({path, std::string(part_object(id).name()) + ", " + task.name,
+                       "samples up to " + short_decimal(mean.furthest_mm, 1) + " mm from their mean",
+                       "at most " + short_decimal(furthest_mm, 1) + " mm; hold it still and sample again"});
   }
 }
 

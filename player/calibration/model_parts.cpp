@@ -264,7 +264,7 @@ void add_known_errors(FiducialFit& fit, const Touched& touched, const Eigen::Mat
   for (const std::size_t k : used) {
     const Eigen::Vector3d r = fit.X_body_model.linear() * touched.points[k].p_model_mm;
     Eigen::Matrix<double, 3, 6> G;
-    G << Eigen::Matrix3d::Identity(), -bench::cross_matrix(r);
+    G << Eigen::Matrix3d::Identity(), -cross_matrix(r);
     N += G.transpose() * G;
     of_tip += G.transpose() * touched.R_body_probe[k];
     of_scale += G.transpose() * r / scale;

@@ -6,7 +6,7 @@
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/virtual_bench.hpp"
-#include "show/session.hpp"
+#include "core/text.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -221,13 +221,12 @@ struct IpdPart final : Part {
     const double arms_mm = *number_of(in, left_arm) + *number_of(in, right_arm);
     constexpr double most_apart_mm = 1.0;
     if (std::abs(arms_mm - ipd_mm) > most_apart_mm) {
-      estimate.remarks.push_back("distance of the arms " + show::rounded_text(arms_mm, 1) +
-                                 " mm, of the eyes " + show::rounded_text(ipd_mm, 1) +
-                                 " mm: adjust the arms");
+      estimate.remarks.push_back("distance of the arms " + short_decimal(arms_mm, 1) + " mm, of the eyes " +
+                                 short_decimal(ipd_mm, 1) + " mm: adjust the arms");
     }
     estimate.remarks.push_back(
-        "measured 1 mm too large, it shows an object at " + show::rounded_text(depth_mm, 0) + " mm " +
-        show::rounded_text(-depth_error_mm(depth_mm, ipd_mm + 1.0, ipd_mm), 1) + " mm nearer to the viewer");
+        "measured 1 mm too large, it shows an object at " + short_decimal(depth_mm, 0) + " mm " +
+        short_decimal(-depth_error_mm(depth_mm, ipd_mm + 1.0, ipd_mm), 1) + " mm nearer to the viewer");
     c.records.at(id()).estimate = estimate;
     c.image_distance_mm = depth_mm;
     apply(c.eyes, estimate);
@@ -263,7 +262,7 @@ struct SubjectPart final : Part {
       tasks.push_back({.kind = &landmark_distance,
                        .name = pair.name,
                        .instruction = "Measure on the subject: " + pair.name +
-                                      ".\nDistance in the model: " + show::rounded_text(mm, 1) + " mm.",
+                                      ".\nDistance in the model: " + short_decimal(mm, 1) + " mm.",
                        .dials = {within(distance, 0.5 * mm, 2.0 * mm)},
                        .index = static_cast<int>(tasks.size())});
     }
@@ -283,8 +282,7 @@ struct SubjectPart final : Part {
     if (fit.is_nonuniform) {
       std::string ratios;
       for (const LandmarkDistance& d : distances)
-        ratios +=
-            (ratios.empty() ? "" : ", ") + d.name + " " + show::rounded_text(d.subject_mm / d.model_mm, 3);
+        ratios += (ratios.empty() ? "" : ", ") + d.name + " " + short_decimal(d.subject_mm / d.model_mm, 3);
       throw PartRefusal({in.path, "subject", "distances with different scales: " + ratios,
                          "distances with one scale; measure again, or run the pipeline with these landmarks "
                          "(schemas/scaling.md)"});

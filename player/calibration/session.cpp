@@ -5,7 +5,7 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/drawing.hpp"
-#include "show/session.hpp"
+#include "core/text.hpp"
 
 namespace vrda::calibration {
 
@@ -565,7 +565,7 @@ void CalibrationSession::zero_by_key()
 {
   if (!has_stage(bench_)) return;
   if (!collector_.stage_mm()) return show_error(silent_stage);
-  show({"The stage is zeroed; it was at " + show::rounded_text(*collector_.stage_mm(), 2) + " mm."});
+  show({"The stage is zeroed; it was at " + short_decimal(*collector_.stage_mm(), 2) + " mm."});
   ++revision_;
   zero();
 }

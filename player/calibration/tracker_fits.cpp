@@ -6,8 +6,8 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::calibration {
 
@@ -106,7 +106,7 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   }
   estimate.remarks.push_back("the probe rotated by " + bench::text(deg_from_rad(fit.spread_rad), 0, "deg") +
                              " (rms) about the axis with the least rotation (at least " +
-                             show::rounded_text(deg_from_rad(least_spread_rad), 0) +
+                             short_decimal(deg_from_rad(least_spread_rad), 0) +
                              " required); its tip moved by " + bench::text(estimate.residual_rms, 2, "mm") +
                              " (rms)");
   return fit;
@@ -364,7 +364,7 @@ void require_distances(std::span<const LandmarkDistance> distances, const bench:
 
 std::string percent(double scale)
 {
-  return show::rounded_text(100.0 * scale, 1) + " %";
+  return short_decimal(100.0 * scale, 1) + " %";
 }
 
 }  // namespace
@@ -384,7 +384,7 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   ScaleFit fit;
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
-    context.fail("landmarks", "a scale of " + show::rounded_text(fit.scale, 3),
+    context.fail("landmarks", "a scale of " + short_decimal(fit.scale, 3),
                  "0.5 to 2; check the unit (mm) and the landmarks of each distance");
   }
   std::vector<double> residuals_mm;
@@ -550,7 +550,7 @@ Matrix6x6 covariance_of(const bench::PoseFit& fit, double noise)
   const bench::PoseError error = bench::expected_error(fit.cloud, noise);
   const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
   const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
-  const Eigen::Matrix3d cross = bench::cross_matrix(fit.X_tracker_body.linear() * fit.cloud.centre_mm);
+  const Eigen::Matrix3d cross = cross_matrix(fit.X_tracker_body.linear() * fit.cloud.centre_mm);
   const double centre_mm2 = error.centre_mm * error.centre_mm / 3.0;
   Matrix6x6 covariance;
   covariance << centre_mm2 * Eigen::Matrix3d::Identity() + cross * turn * cross.transpose(), cross * turn,

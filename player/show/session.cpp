@@ -602,13 +602,6 @@ std::string number_text(double value)
   return text;
 }
 
-std::string rounded_text(double value, int decimals)
-{
-  double scale = 1.0;
-  for (int k = 0; k < decimals; ++k) scale *= 10.0;
-  return shortest_decimal(std::round(value * scale) / scale);
-}
-
 std::string list_text(std::span<const double> values)
 {
   std::string text = "[";

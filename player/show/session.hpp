@@ -205,7 +205,4 @@ class ShownModel {
 std::string number_text(double value);
 std::string list_text(std::span<const double> values);
 
-/// `value` rounded to `decimals` (at most 9), in the fewest digits.
-std::string rounded_text(double value, int decimals);
-
 }  // namespace vrda::show

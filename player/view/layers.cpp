@@ -330,14 +330,6 @@ class BandLayer final : public LayerDrawing {
 
 // Contacts.
 
-std::vector<double> radians(const std::vector<double>& deg)
-{
-  std::vector<double> rad;
-  rad.reserve(deg.size());
-  for (const double angle : deg) rad.push_back(rad_from_deg(angle));
-  return rad;
-}
-
 std::size_t nearest(const std::vector<double>& axis, double value)
 {
   const auto after = std::lower_bound(axis.begin(), axis.end(), value);

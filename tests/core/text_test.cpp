@@ -237,7 +237,6 @@ TEST(Fields, JsonRoundTrip)
   const nlohmann::ordered_json cell = Cell{Kind::ball, false, {1.0, nan}, Turn{}, {}};
   EXPECT_EQ(cell.dump(),
             R"({"kind":"ball","is_open":false,"sizes_mm":[1.0,null],"turn":{"angle_deg":0.0},"turns":[]})");
-  EXPECT_EQ(json_columns(std::vector{Cell{}, Cell{}})["kind"].dump(), R"(["none","none"])");
 }
 
 // A file that names no field, or a wrong value, is refused by file and key.
