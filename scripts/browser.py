@@ -115,9 +115,9 @@ class Browser:
         self.visit(f"file://{path}", "document.documentElement?.dataset.report === 'ready'", width=width, height=height, is_dark=is_dark, is_phone=is_phone)
         self.settle()
 
-    def visit(self, address, is_there, width=1200, height=900, is_dark=False, is_phone=False):
-        """Opens an address at a window size and waits until the JavaScript expression `is_there` holds."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=is_phone)
+    def visit(self, address, is_there, width=1200, height=900, is_dark=False, is_phone=False, scale=1):
+        """Opens an address at a window size and waits until the JavaScript expression `is_there` holds; `scale`: pixels of the screen by those of CSS."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=is_phone)
         scheme = "dark" if is_dark else "light"
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
         self.call("Page.navigate", url=address)

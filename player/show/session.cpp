@@ -449,7 +449,7 @@ ViewState Session::view_state() const
                         view_ != view::View::left && view_ != view::View::right &&
                         view_ != view::View::inverted;
   state.view = name;
-  if (!is_named) state.place = CameraPlace{gaze_.camera.X_world_camera.translation(), gaze_.pivot_world_mm};
+  if (!is_named) state.place = place_of(gaze_);
   state.whole = framing_ == view::Framing::all;
   state.labels = state_.layers.has(view::Layer::labels);
   state.band = state_.layers.has(view::Layer::band);

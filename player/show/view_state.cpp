@@ -91,6 +91,11 @@ class Fields {
   const Json& value_;
 };
 
+Eigen::Vector3d rounded(const Eigen::Vector3d& p_mm)
+{
+  return p_mm.unaryExpr([](double x) { return std::round(1e3 * x) / 1e3 + 0.0; });
+}
+
 /// "%7B" is "{", "+" a space.
 std::string url_decoded(std::string_view text)
 {
@@ -137,8 +142,9 @@ void read_view(const Fields& fields, ViewState& state)
       names_of({"oblique", "front", "back", "medial", "lateral", "top"}) + ", or eye_mm and target_mm";
   const Json& view = fields.at("view");
   if (view.is_object()) {
-    const Fields own = fields.object("view", {"eye_mm", "target_mm"});
+    const Fields own = fields.object("view", {"eye_mm", "target_mm", "roll"});
     state.place = CameraPlace{own.point("eye_mm", "three numbers"), own.point("target_mm", "three numbers")};
+    if (own.find("roll") != nullptr) state.place->roll_deg = own.number("roll", largest_degrees, "degrees");
     if ((state.place->eye_mm - state.place->target_mm).norm() < 1e-6)
       own.refuse("target_mm", own.at("target_mm"), "another point than eye_mm");
     return;
@@ -222,8 +228,8 @@ void require_of_model(const ViewState& state, const std::string& given, const st
 std::string view_state_text(const ViewState& state)
 {
   const auto list = [](const Eigen::Vector3d& p) {
-    const auto rounded = [](double x) { return std::round(1e3 * x) / 1e3 + 0.0; };
-    return Json{rounded(p.x()), rounded(p.y()), rounded(p.z())};
+    const Eigen::Vector3d q = rounded(p);
+    return Json{q.x(), q.y(), q.z()};
   };
   Json root;
   root["format"] = state_format;
@@ -237,6 +243,7 @@ std::string view_state_text(const ViewState& state)
   if (state.place) {
     root["view"]["eye_mm"] = list(state.place->eye_mm);
     root["view"]["target_mm"] = list(state.place->target_mm);
+    if (const double roll = angle(state.place->roll_deg); roll != 0.0) root["view"]["roll"] = roll;
   } else {
     root["view"] = state.view;
   }
@@ -268,8 +275,19 @@ view::Camera placed(view::Camera camera, const CameraPlace& place)
   const Eigen::Vector3d right =
       aside.norm() > 1e-6 ? aside.normalized() : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
   camera.X_world_camera.linear() << right, back.cross(right), back;
+  camera.X_world_camera.linear() *= rotation_z(rad_from_deg(place.roll_deg));
   camera.X_world_camera.translation() = place.eye_mm;
   return camera;
+}
+
+CameraPlace place_of(const view::OrbitCamera& gaze)
+{
+  const Pose& X = gaze.camera.X_world_camera;
+  CameraPlace place{rounded(X.translation()), rounded(X * Eigen::Vector3d(0.0, 0.0, -view::depth_mm(gaze)))};
+  const Eigen::Vector3d right =
+      placed(gaze.camera, place).X_world_camera.linear().transpose() * X.linear().col(0);
+  place.roll_deg = deg_from_rad(std::atan2(right.y(), right.x()));
+  return place;
 }
 
 }  // namespace vrda::show

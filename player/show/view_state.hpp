@@ -16,9 +16,11 @@
 
 namespace vrda::show {
 
-/// Where a camera is and looks, in the axes of what is fixed on screen; world Y is up.
+/// Where a camera is and looks, in the axes of what is fixed on screen, and its roll about that line from the
+/// camera whose right is horizontal (world Y is up) towards its up.
 struct CameraPlace {
   Eigen::Vector3d eye_mm = Eigen::Vector3d::Zero(), target_mm = Eigen::Vector3d::Zero();
+  double roll_deg = 0.0;
 };
 
 /// Angles in degrees, as in the file.
@@ -46,5 +48,7 @@ std::string view_state_text(const ViewState& state);
 
 /// `camera` at that place.
 view::Camera placed(view::Camera camera, const CameraPlace& place);
+/// The place of a camera, rounded as in the file, with the target at the pivot's depth.
+CameraPlace place_of(const view::OrbitCamera& gaze);
 
 }  // namespace vrda::show

@@ -6,6 +6,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "view/gl_mesh.hpp"
 
 namespace vrda::view {
 namespace {
@@ -139,12 +140,11 @@ Eigen::Matrix4d projection(const Camera& camera)
 
 namespace {
 
-constexpr double ball_fraction = 0.9;          // of the smaller side of the viewport
-constexpr double wheel_factor = 0.9;           // of the depth, per notch
-constexpr double largest_drag = 0.9;           // of the viewport height; the depth diverges at 1
-constexpr double least_depth_mm = 10.0;        // of the pivot and of a surface
-constexpr double most_depth_mm = 20000.0;      // a knee covers only a few pixels there
-constexpr double parallel_determinant = 1e-9;  // mm^2: triangles seen edge-on are skipped
+constexpr double ball_fraction = 0.9;      // of the smaller side of the viewport
+constexpr double wheel_factor = 0.9;       // of the depth, per notch
+constexpr double largest_drag = 0.9;       // of the viewport height; the depth diverges at 1
+constexpr double least_depth_mm = 10.0;    // of the pivot and of a surface
+constexpr double most_depth_mm = 20000.0;  // a knee covers only a few pixels there
 
 Eigen::Vector3d pivot_camera_mm(const OrbitCamera& gaze)
 {
@@ -225,36 +225,6 @@ OrbitCamera at_depth(const OrbitCamera& gaze, double wanted_mm)
       (std::clamp(wanted_mm, least_depth_mm, most_depth_mm) - now_mm) *
       gaze.camera.X_world_camera.linear().col(2);
   return next;
-}
-
-/// Distance along the ray to a triangle, in units of |direction|; infinite without a hit.
-double hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
-           const std::array<Eigen::Vector3d, 3>& corners)
-{
-  constexpr double none = std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d a = corners[1] - corners[0], b = corners[2] - corners[0];
-  const Eigen::Vector3d p = direction.cross(b);
-  const double determinant = a.dot(p);
-  if (std::abs(determinant) < parallel_determinant) return none;
-  const Eigen::Vector3d s = from - corners[0];
-  const double u = s.dot(p) / determinant;
-  const Eigen::Vector3d q = s.cross(a);
-  const double v = direction.dot(q) / determinant;
-  if (u < 0.0 || v < 0.0 || u + v > 1.0) return none;
-  const double along = b.dot(q) / determinant;
-  return along > 0.0 ? along : none;
-}
-
-double nearest_hit(const RenderMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& direction)
-{
-  double nearest = std::numeric_limits<double>::infinity();
-  const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
-    const std::array<float, 3>& p = mesh.vertices[mesh.triangles[i]].position_mm;
-    return Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
-  };
-  for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
-    nearest = std::min(nearest, hit(from, direction, {corner(i), corner(i + 1), corner(i + 2)}));
-  return nearest;
 }
 
 }  // namespace

@@ -87,7 +87,10 @@ MeshLevels levels_of(const RenderMesh& mesh)
   return levels;
 }
 
-bool is_closed(const RenderMesh& mesh)
+namespace {
+
+/// The part of the edges that have not as many triangles in one direction as in the other.
+double open_part(const RenderMesh& mesh)
 {
   const std::vector<std::uint32_t> merged = merged_vertices(mesh);
   // Edges with the smaller vertex first; the sign is the original direction.
@@ -105,13 +108,66 @@ bool is_closed(const RenderMesh& mesh)
   std::ranges::sort(
       edges, [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
   int balance = 0;
+  double n_edges = 0.0, n_open = 0.0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     balance += edges[i].sign;
     const bool is_last =
         i + 1 == edges.size() || edges[i + 1].low != edges[i].low || edges[i + 1].high != edges[i].high;
-    if (is_last && balance != 0) return false;
+    if (!is_last) continue;
+    n_edges += 1.0;
+    n_open += balance != 0 ? 1.0 : 0.0;
+    balance = 0;
   }
-  return volume_mm3(mesh) > 0.0;
+  return n_open / n_edges;
+}
+
+}  // namespace
+
+bool is_closed(const RenderMesh& mesh)
+{
+  return open_part(mesh) == 0.0 && volume_mm3(mesh) > 0.0;
+}
+
+bool is_solid(const RenderMesh& mesh)
+{
+  // As on the page. The border of a sheet of a million triangles has more.
+  return open_part(mesh) < 1e-3 && volume_mm3(mesh) > 0.0;
+}
+
+namespace {
+
+constexpr double parallel_determinant = 1e-9;  // mm^2: triangles seen edge-on are skipped
+
+/// Distance along the ray to a triangle, in units of |direction|; infinite without a hit.
+double hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+           const std::array<Eigen::Vector3d, 3>& corners)
+{
+  constexpr double none = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d a = corners[1] - corners[0], b = corners[2] - corners[0];
+  const Eigen::Vector3d p = direction.cross(b);
+  const double determinant = a.dot(p);
+  if (std::abs(determinant) < parallel_determinant) return none;
+  const Eigen::Vector3d s = from - corners[0];
+  const double u = s.dot(p) / determinant;
+  const Eigen::Vector3d q = s.cross(a);
+  const double v = direction.dot(q) / determinant;
+  if (u < 0.0 || v < 0.0 || u + v > 1.0) return none;
+  const double along = b.dot(q) / determinant;
+  return along > 0.0 ? along : none;
+}
+
+}  // namespace
+
+double nearest_hit(const RenderMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& direction)
+{
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
+    const std::array<float, 3>& p = mesh.vertices[mesh.triangles[i]].position_mm;
+    return Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
+  };
+  for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+    nearest = std::min(nearest, hit(from, direction, {corner(i), corner(i + 1), corner(i + 2)}));
+  return nearest;
 }
 
 namespace {

@@ -566,10 +566,17 @@ struct Panels {
     }
     ImGui::SameLine();
     const bool is_own = looks.highlighted == k;
+    const float left = ImGui::GetCursorPosX();
     const float width = ImGui::GetContentRegionAvail().x - (opacity_width_em + 0.4F) * em_px;
-    if (ImGui::Selectable(structure.name.c_str(), is_own, 0, ImVec2(width, 0.0F)))
+    // A long name has more than one line.
+    const float height = ImGui::CalcTextSize(structure.name.c_str(), nullptr, false, width).y;
+    if (ImGui::Selectable("##name", is_own, 0, ImVec2(width, height)))
       looks.highlighted = is_own ? std::nullopt : std::optional(k);
-    ImGui::SameLine();
+    ImGui::SameLine(left);
+    ImGui::PushTextWrapPos(left + width);
+    ImGui::TextUnformatted(structure.name.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::SameLine(left + width + 0.4F * em_px);
     ImGui::SetNextItemWidth(-1.0F);
     ImGui::SliderFloat("##opacity", &look.opacity, least_opacity, 1.0F, "%.1f", sliding);
     ImGui::PopID();

@@ -46,8 +46,8 @@ class LabelAnchors {
   };
   using Points = std::vector<std::pair<std::size_t, std::uint32_t>>;  ///< drawable, vertex
 
-  /// A point of a drawable.
-  bool is_visible(const Scene& scene, const Drawable& own, const Eigen::Vector3d& p_mm,
+  /// A point of a drawable that a label may name.
+  bool is_visible(const Scene& scene, std::size_t label, const Drawable& own, const Eigen::Vector3d& p_mm,
                   const Eigen::Vector3d& eye_mm) const;
   void find_surfaces(const Scene& scene);
 

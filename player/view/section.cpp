@@ -12,6 +12,9 @@
 namespace vrda::view {
 namespace {
 
+constexpr float line_brightness =
+    0.3F;  ///< of that of a filled cut, to be seen before the inside of its sheet
+
 /// A line of an outline in the plane, in rows of `row_mm` and mm along them.
 struct Edge {
   double from_row = 0.0, to_row = 0.0, from_mm = 0.0, to_mm = 0.0;
@@ -37,26 +40,26 @@ Eigen::Vector3d position_of(const RenderVertex& vertex)
   return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
 }
 
-/// The outline of one solid, to be appended to that of its structure.
-void add_edges(const Drawable& solid, const SectionPlane& plane, const PlaneAxes& axes,
-               std::vector<Edge>& edges)
+/// Calls `use` with the two ends of the cut of each triangle of a mesh, in rows and mm: first where its
+/// border goes down through the plane.
+template <class Use>
+void for_each_cut(const Drawable& body, const SectionPlane& plane, const PlaneAxes& axes, const Use& use)
 {
-  const Pose& X = solid.X_world_mesh;
-  std::vector<double> above_mm(solid.mesh.vertices.size());
+  const Pose& X = body.X_world_mesh;
+  std::vector<double> above_mm(body.mesh.vertices.size());
   const Eigen::Vector3d normal = X.linear().transpose() * plane.normal;
   const double at_mm = plane.at_mm - plane.normal.dot(X.translation());
   for (std::size_t k = 0; k < above_mm.size(); ++k)
-    above_mm[k] = normal.dot(position_of(solid.mesh.vertices[k])) - at_mm;
+    above_mm[k] = normal.dot(position_of(body.mesh.vertices[k])) - at_mm;
   // From the upper to the lower corner, so that the two triangles of a side have equal points.
   const auto crossing = [&](std::uint32_t high, std::uint32_t low) {
-    const Eigen::Vector3d a = position_of(solid.mesh.vertices[high]),
-                          b = position_of(solid.mesh.vertices[low]);
+    const Eigen::Vector3d a = position_of(body.mesh.vertices[high]), b = position_of(body.mesh.vertices[low]);
     const Eigen::Vector3d p_mm = X * (a + above_mm[high] / (above_mm[high] - above_mm[low]) * (b - a));
     return Eigen::Vector2d(std::round(axes.u.dot(p_mm) / SectionCaps::row_mm), axes.v.dot(p_mm));
   };
-  for (std::size_t t = 0; t + 2 < solid.mesh.triangles.size(); t += 3) {
-    const std::array<std::uint32_t, 3> corner{solid.mesh.triangles[t], solid.mesh.triangles[t + 1],
-                                              solid.mesh.triangles[t + 2]};
+  for (std::size_t t = 0; t + 2 < body.mesh.triangles.size(); t += 3) {
+    const std::array<std::uint32_t, 3> corner{body.mesh.triangles[t], body.mesh.triangles[t + 1],
+                                              body.mesh.triangles[t + 2]};
     const auto is_above = [&](std::size_t k) { return above_mm[corner.at(k % 3)] > 0.0; };
     const int n_above = int{is_above(0)} + int{is_above(1)} + int{is_above(2)};
     if (n_above == 0 || n_above == 3) continue;
@@ -66,11 +69,20 @@ void add_edges(const Drawable& solid, const SectionPlane& plane, const PlaneAxes
       if (is_above(k) && !is_above(k + 1)) down = crossing(corner.at(k), corner.at((k + 1) % 3));
       if (!is_above(k) && is_above(k + 1)) up = crossing(corner.at((k + 1) % 3), corner.at(k));
     }
-    if (down.x() == up.x()) continue;
+    use(down, up);
+  }
+}
+
+/// The outline of one solid, to be appended to that of its structure.
+void add_edges(const Drawable& solid, const SectionPlane& plane, const PlaneAxes& axes,
+               std::vector<Edge>& edges)
+{
+  for_each_cut(solid, plane, axes, [&](const Eigen::Vector2d& down, const Eigen::Vector2d& up) {
+    if (down.x() == up.x()) return;
     const bool is_forward = down.x() < up.x();
     const Eigen::Vector2d &first = is_forward ? down : up, &last = is_forward ? up : down;
     edges.push_back({first.x(), last.x(), first.y(), last.y(), is_forward ? 1 : -1});
-  }
+  });
 }
 
 class CapMesh {
@@ -84,27 +96,42 @@ class CapMesh {
   /// Of two edges between two rows.
   void add(const Edge& low, const Edge& high, double first_row, double last_row)
   {
+    const auto corner = [&](const Edge& edge, double row) {
+      return Eigen::Vector2d(row * SectionCaps::row_mm, edge.at(row));
+    };
+    add_quad(
+        {corner(low, first_row), corner(high, first_row), corner(low, last_row), corner(high, last_row)});
+  }
+  /// A line between two points in rows and mm, with square ends, so that a bent line has no gaps.
+  void add_line(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
+  {
+    const Eigen::Vector2d scale(SectionCaps::row_mm, 1.0), a = from.cwiseProduct(scale),
+                                                           b = to.cwiseProduct(scale);
+    const Eigen::Vector2d along = 0.5 * SectionCaps::line_mm * (b - a).normalized(),
+                          across(-along.y(), along.x());
+    add_quad({a - along - across, a - along + across, b + along - across, b + along + across});
+  }
+
+ private:
+  void add_quad(const std::array<Eigen::Vector2d, 4>& corners_mm)
+  {
     const auto begin = static_cast<std::uint32_t>(mesh_.vertices.size());
-    for (const double row : {first_row, last_row}) {
-      for (const Edge* edge : {&low, &high}) {
-        const Eigen::Vector3f p =
-            (row * SectionCaps::row_mm * axes_.u + edge->at(row) * axes_.v + plane_.at_mm * plane_.normal)
-                .cast<float>();
-        const Eigen::Vector3f n = plane_.normal.cast<float>();
-        mesh_.vertices.push_back({{p.x(), p.y(), p.z()}, {n.x(), n.y(), n.z()}});
-      }
+    const Eigen::Vector3f n = plane_.normal.cast<float>();
+    for (const Eigen::Vector2d& c : corners_mm) {
+      const Eigen::Vector3f p =
+          (c.x() * axes_.u + c.y() * axes_.v + plane_.at_mm * plane_.normal).cast<float>();
+      mesh_.vertices.push_back({{p.x(), p.y(), p.z()}, {n.x(), n.y(), n.z()}});
     }
     for (const std::uint32_t k : {0U, 2U, 1U, 1U, 2U, 3U}) mesh_.triangles.push_back(begin + k);
   }
 
- private:
   RenderMesh& mesh_;
   const SectionPlane& plane_;
   const PlaneAxes& axes_;
 };
 
 /// Fills what the edges wind around, from row to row.
-void fill(std::vector<Edge>& edges, CapMesh cap)
+void fill(std::vector<Edge>& edges, CapMesh& cap)
 {
   std::vector<double> rows;
   for (const Edge& edge : edges) rows.insert(rows.end(), {edge.from_row, edge.to_row});
@@ -184,8 +211,7 @@ SectionCaps::SectionCaps(Scene& scene)
 {
   const std::size_t n_solids = scene.drawables.size();
   for (std::size_t k = 0; k < n_solids; ++k) {
-    // An open surface, such as a sheet of cartilage, has no inside.
-    if (scene.drawables[k].layer != Layer::bodies || !is_closed(scene.drawables[k].mesh)) continue;
+    if (scene.drawables[k].layer != Layer::bodies) continue;
     const std::string structure = scene.drawables[k].structure;
     auto found = std::ranges::find_if(
         cuts_, [&](const Cut& cut) { return scene.drawables[cut.drawable].structure == structure; });
@@ -197,8 +223,11 @@ SectionCaps::SectionCaps(Scene& scene)
       scene.drawables[drawable].material.mottling = 0.0F;
       found = cuts_.insert(cuts_.end(), Cut{drawable, {}, {}, {}});
     }
-    found->solids.push_back(k);
+    found->bodies.push_back({k, is_solid(scene.drawables[k].mesh)});
   }
+  for (const Cut& cut : cuts_)
+    if (std::ranges::none_of(cut.bodies, &Cut::Body::is_solid))
+      scene.drawables[cut.drawable].material.colour *= line_brightness;
 }
 
 void SectionCaps::update(Scene& scene)
@@ -211,9 +240,9 @@ void SectionCaps::update(Scene& scene)
     if (!scene.section) continue;
     std::vector<Pose> placed;
     std::vector<bool> is_cut;
-    for (const std::size_t k : cut.solids) {
-      placed.push_back(scene.drawables[k].X_world_mesh);
-      is_cut.push_back(scene.drawables[k].is_shown);
+    for (const Cut::Body& body : cut.bodies) {
+      placed.push_back(scene.drawables[body.drawable].X_world_mesh);
+      is_cut.push_back(scene.drawables[body.drawable].is_shown);
       cap.is_shown = cap.is_shown || is_cut.back();
     }
     const auto is_same = [](const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); };
@@ -222,9 +251,18 @@ void SectionCaps::update(Scene& scene)
     cut.is_cut = is_cut;
     const PlaneAxes axes = axes_of(scene.section->normal);
     std::vector<Edge> edges;
-    for (std::size_t i = 0; i < cut.solids.size(); ++i)
-      if (is_cut[i]) add_edges(scene.drawables[cut.solids[i]], *scene.section, axes, edges);
-    fill(edges, CapMesh(cap, *scene.section, axes));
+    CapMesh mesh(cap, *scene.section, axes);
+    for (std::size_t i = 0; i < cut.bodies.size(); ++i) {
+      if (!is_cut[i]) continue;
+      const Drawable& body = scene.drawables[cut.bodies[i].drawable];
+      if (cut.bodies[i].is_solid)
+        add_edges(body, *scene.section, axes, edges);
+      else
+        for_each_cut(body, *scene.section, axes, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+          mesh.add_line(from, to);
+        });
+    }
+    fill(edges, mesh);
     update_box(cap);
     ++cap.revision;
   }

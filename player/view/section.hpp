@@ -29,8 +29,9 @@ std::optional<SectionPlane> plane_of(const Section& section);
 /// `option`.
 Section parsed_section(const std::string& option, const std::string& text);
 
-/// The cuts of all visible closed solids by the scene's section, one drawable a structure. Overlapping solids
-/// of one structure have one cut; a cut is exact to `row_mm` across its rows.
+/// The cuts of all visible bodies by the scene's section, one drawable a structure: solids are filled, and
+/// overlapping ones of one structure have one cut; an open sheet, which has no inside, is a line. A cut is
+/// exact to `row_mm` across its rows.
 class SectionCaps {
  public:
   /// Appends the drawables, hidden, to `scene`, whose order must not change afterwards.
@@ -39,13 +40,18 @@ class SectionCaps {
   void update(Scene& scene);
 
   static constexpr double row_mm = 0.05;  ///< a third of a pixel of a knee that fills a picture
+  static constexpr double line_mm = 0.6;  ///< four such pixels
 
  private:
   struct Cut {
+    struct Body {
+      std::size_t drawable = 0;
+      bool is_solid = false;
+    };
     std::size_t drawable = 0;
-    std::vector<std::size_t> solids;  ///< drawables
-    std::vector<Pose> X_world_mesh;   ///< of them at the last update
-    std::vector<bool> is_cut;         ///< whether they were visible
+    std::vector<Body> bodies;
+    std::vector<Pose> X_world_mesh;  ///< of them at the last update
+    std::vector<bool> is_cut;        ///< whether they were visible
   };
   std::vector<Cut> cuts_;
   std::optional<SectionPlane> last_;

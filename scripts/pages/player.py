@@ -65,6 +65,10 @@ towards 90 degrees, and the medial collateral ligament wraps around the tibia (w
 
 ![Six views at 30 degrees, with names](player/knee-jam-smith2019-ligaments-views.jpg)
 
+![Sections through the lateral compartment and from the front](player/knee-jam-smith2019-ligaments-sections.jpg)
+
+Sections through the lateral compartment (`sagittal=20`) and from the front (`coronal=0`): bone and menisci are filled; the cut of an open sheet of cartilage is a dark line.
+
 Meshes: Lenhart et al. 2015, Smith et al. 2019 (OpenSim-JAM, Apache-2.0).
 
 ## A prepared knee (`vrda prepare`, meshes of pymskt-dess)
@@ -87,6 +91,19 @@ ten minutes of that.
 Menisci are opaque tissue with rounded edges instead of transparent blocks; bundles are bands that follow their wrapping surfaces, instead of single tubes (the posterior capsule over the condyles, the medial collateral ligament
 over the tibia); ambient occlusion darkens where surfaces are close. The upper row of each pair is of the program before these changes, the lower one of `scripts/pictures`.
 
+The six standard views above (front, back, top; medial, lateral, oblique; 30 degrees) as commit `13102f45` drew and solved them. These three sheets were made once and are no
+outputs of `scripts/pictures`; each is to be compared with the sheet of its knee.
+
+![The generic knee before](player/knee-generic-before.webp)
+
+![The real knee before](player/knee-jam-smith2019-ligaments-before.webp)
+
+![The prepared knee before](player/knee-prepared-before.webp)
+
+- The superficial medial collateral ligament ran through the tibia of the generic and the prepared knee (medial view: only its end is seen); it lies on bone now.
+- Bundles were straight tubes and bars, blue where taut; now they are bands that fan into their footprints, on one scale of strain, and wave where slack.
+- There were no names. Generic and prepared knee have a kneecap since then, hence a femur and cartilage that are partly behind it in front views.
+
 ## Memory over 100,000 frames
 
 `VRDA_FRAMES=100000 VRDA_FRAMES_MODEL=knee.h5 test_player_frames`: the generic knee is animated in the window's frame loop, 320 x 240 pixels by OSMesa, with contacts, normals, axes and the
@@ -100,6 +117,10 @@ shared cores.
 - The gap map is sampled at vertices: on the coarse plateau its outer border is irregular by the size of a facet.
 - Contacts belong to the nearest raw cell and jump from cell to cell; on a smoothed motion they need not be where the gap map is 0.
 - Fibres are drawn over the bones; the solver's own are straight where their job has no wrap.
-- Open sheets of cartilage are not filled by a section, since they have no inside.
+- A section cannot fill open sheets of cartilage, which have no inside: their cut is a line.
 - A cut is filled for each solid alone.
+- The prepared knee has no fibula, and the real knee neither that nor a femoral bone: lateral ligaments and the capsule end in the air there.
+- Ridges of the prepared femur are the slices of its scan.
+- Names are those of bodies, so that a point of the fibula has the tibia's name; a name has at most 40 points to choose from, and its anchor may be away from the middle.
+- Edges before a shaded surface are stepped in places: ambient occlusion is computed at every second pixel.
 """

@@ -124,6 +124,17 @@ export function drawMesh(part, component, origin, material) {
   return { positions, normals, vertices };
 }
 
+/// Whether a mesh, given by the vertices of its triangles, has an inside: at most this part of its edges is open (as in the window).
+const mostOpen = 1e-3;
+export function isSolid(vertices, nVertices) {
+  const open = new Set();
+  vertices.forEach((from, k) => {
+    const to = vertices[k % 3 === 2 ? k - 2 : k + 1];
+    if (!open.delete(to * nVertices + from)) open.add(from * nVertices + to);
+  });
+  return open.size <= 0.5 * mostOpen * vertices.length;
+}
+
 // Distance along a ray to a mesh; as pipeline/geometry/box_tree.
 
 const mostInLeaf = 4;

@@ -1,7 +1,7 @@
 // The joint as three.js objects: two groups of meshes at the poses of their bodies; contact paths and gaps are attached to the
 // moving body, ligaments to the reference.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
-import { composed, drawMesh, inverse, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
+import { composed, drawMesh, inverse, isSolid, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
 import { LazyDistance } from "./laid_path.js";
 import { labelsOf } from "./labels.js";
 import { GapLayer, LigamentLayer } from "./layers.js";
@@ -20,7 +20,7 @@ export const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_a
 function meshesOf(body, origin, path) {
   const meshes = [];
   body.parts.forEach((part, k) => body.components.forEach(({ name, material }, component) => {
-    const { positions, normals } = drawMesh(part, component, origin, material);
+    const { positions, normals, vertices } = drawMesh(part, component, origin, material);
     if (positions.length === 0) return;
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(positions, 3));
@@ -28,7 +28,7 @@ function meshesOf(body, origin, path) {
     geometry.computeBoundingBox();
     const mesh = new Mesh(geometry, materialOf(material));
     mesh.name = name;
-    mesh.userData = { material, hasContact: k === 0, structure: `${path}/${structureOf(body.components, component)}` };
+    mesh.userData = { material, hasContact: k === 0, isSheet: !isSolid(vertices, part.vertices.length / 3), structure: `${path}/${structureOf(body.components, component)}` };
     meshes.push(mesh);
   }));
   return meshes;
@@ -207,8 +207,8 @@ export class Joint {
     return [...found.values()];
   }
 
-  /// The opaque meshes of each part of a body.
-  solids() { return this.#byStructure(false).filter(([{ userData }]) => userData.hasContact !== undefined); }
+  /// The opaque solid meshes of each part of a body, or the open sheets.
+  cuttable(isSheet) { return this.#byStructure(false).map((meshes) => meshes.filter(({ userData }) => userData.isSheet === isSheet)).filter(({ length }) => length > 0); }
 
   /// [distance, meshes]: the translucent meshes of each structure and their distance from `eye`.
   translucent(eye) {

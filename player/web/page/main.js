@@ -143,10 +143,10 @@ const knownToState = () => ({ sets: player.sets, structures: looks.structures.ma
 
 function currentState() {
   const checked = (id) => byId(id).checked || undefined, structures = looks.data, rounded = (x) => Number(x.toFixed(3));
-  const { eye_mm: eye, target_mm: target } = viewer.place;
+  const { eye_mm: eye, target_mm: target, roll } = viewer.place;
   return JSON.parse(JSON.stringify(newState({
     set: player.set, flexion: rounded(player.flexion), varus: player.isBalanced || player.motion().isVarusFree ? undefined : rounded(player.varus), fixed: byId("held").value,
-    view: isFree ? { eye_mm: eye.map(rounded), target_mm: target.map(rounded) } : view, whole: checked("whole"), labels: checked("named"), band: checked("band"),
+    view: isFree ? { eye_mm: eye.map(rounded), target_mm: target.map(rounded), roll: rounded(roll) || undefined } : view, whole: checked("whole"), labels: checked("named"), band: checked("band"),
     section: viewer.section ? { plane: viewer.section.plane, at_mm: viewer.section.at } : undefined,
     structures: Object.keys(structures).length > 0 ? structures : undefined, highlighted: looks.highlighted ?? undefined,
   })));

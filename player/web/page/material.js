@@ -1,6 +1,6 @@
 // Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
-import { AlwaysStencilFunc, BackSide, Color, Data3DTexture, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, LinearFilter, MeshBasicMaterial, NoBlending, NotEqualStencilFunc, RedFormat, RepeatWrapping, ShaderMaterial, Vector3, Vector4 } from "three";
+import { AlwaysStencilFunc, BackSide, BufferAttribute, BufferGeometry, Color, Data3DTexture, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, LinearFilter, Mesh, MeshBasicMaterial, NoBlending, NotEqualStencilFunc, RedFormat, RepeatWrapping, ShaderMaterial, Vector3, Vector4 } from "three";
 
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], specular: 0.1, shininess: 24, mottling: 0.13 },
@@ -110,7 +110,9 @@ void main() {
   if (mottling > 0.0) base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
   vec3 lit = base * diffuse + specular * shine;
   // Of a cut solid the inner sides are seen through the section, which fill its outline with a flat colour.
+#ifdef FILLED
   if (!gl_FrontFacing && section.xyz != vec3(0.0)) lit = ${cutBrightness} * base;
+#endif
   // A highlighted structure glows, most along its outline.
   lit += highlight * vec3(0.0, 0.35, 0.6) * (0.25 + pow(1.0 - abs(dot(n, to_eye)), 2.0));
   gl_FragColor = vec4(lit, opacity);
@@ -170,9 +172,10 @@ export function setLook({ material, layers, userData }, { opacity, isHighlighted
   const isSolid = opacity === 1, { uniforms } = material;
   if (!uniforms) return Object.assign(material, { opacity, transparent: !isSolid });
   uniforms.opacity.value = opacity;
-  const side = isCut || userData.isThin ? DoubleSide : FrontSide, defines = { ...(isCut && { CUT: 1 }), ...(!isSolid && { TRANSLUCENT: 1 }) };
+  const { isSheet, isThin } = userData, side = isCut || isThin || isSheet ? DoubleSide : FrontSide;
+  const defines = { ...(isCut && { CUT: 1 }), ...(isCut && !isSheet && { FILLED: 1 }), ...(!isSolid && { TRANSLUCENT: 1 }) };
   if (material.side !== side || Object.keys(defines).join() !== Object.keys(material.defines).join()) Object.assign(material, { side, defines, needsUpdate: true });
-  uniforms.highlight.value = isHighlighted ? (userData.isThin ? 0.1 : 1) : 0;
+  uniforms.highlight.value = isHighlighted ? (isThin ? 0.1 : 1) : 0;
   if (isSolid === material.transparent) {
     Object.assign(material, { transparent: !isSolid, depthWrite: isSolid });
     layers.set(isSolid ? 0 : translucentLayer);
@@ -220,6 +223,32 @@ const counter = (side, stencilZPass) => new ShaderMaterial({
 });
 const counters = [counter(BackSide, IncrementWrapStencilOp), counter(FrontSide, DecrementWrapStencilOp)];
 export const capMaterial = () => new MeshBasicMaterial({ side: DoubleSide, stencilWrite: true, stencilFunc: NotEqualStencilFunc, stencilRef: 0 });
+
+// The cut of an open sheet, which has no inside: a dark line, as in the window.
+const lineMm = 0.6, lineBrightness = 0.24;
+export const sheetCut = () => new Mesh(new BufferGeometry(), new MeshBasicMaterial({ side: DoubleSide }));
+
+/// Draws the cut of the meshes of one structure on the section's plane with `line`, made by sheetCut().
+export function drawSheetCut(meshes, { normal, at }, line, draw) {
+  const n = new Vector3(...normal).normalize(), height = at / Math.hypot(...normal), corners = [], p = [new Vector3(), new Vector3(), new Vector3()];
+  for (const { geometry, matrixWorld } of meshes) {
+    const position = geometry.getAttribute("position");
+    for (let k = 0; k < position.count; k += 3) {
+      const above = p.map((corner, i) => corner.fromBufferAttribute(position, k + i).applyMatrix4(matrixWorld).dot(n) - height);
+      const ends = [0, 1, 2].filter((i) => above[i] > 0 !== above[(i + 1) % 3] > 0).map((i) => p[i].clone().lerp(p[(i + 1) % 3], above[i] / (above[i] - above[(i + 1) % 3])));
+      if (ends.length === 0) continue;
+      const [from, to] = ends, along = to.clone().sub(from).setLength(lineMm / 2), across = n.clone().cross(along);
+      // Square ends, so that a bent line has no gaps.
+      const [a, b] = [from.clone().sub(along), to.clone().add(along)], [c, d] = [a, b].map((end) => end.clone().add(across));
+      for (const corner of [a.sub(across), b.sub(across), d, a, d, c]) corners.push(...corner);
+    }
+  }
+  line.geometry.dispose();
+  line.geometry.setAttribute("position", new BufferAttribute(new Float32Array(corners), 3));
+  line.geometry.boundingSphere = null;
+  line.material.color.copy(meshes[0].material.uniforms.colour.value).multiplyScalar(lineBrightness);
+  draw(line);
+}
 
 /// Draws the cap of one solid, given by its meshes, on the plane `cap`; the stencil buffer must be clear.
 export function drawCap(meshes, cap, draw) {

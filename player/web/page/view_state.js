@@ -24,7 +24,11 @@ function checkFormat(field, value, format) {
 }
 
 function checkView(field, view, views) {
-  if (isObject(view) && isPoint(view.eye_mm) && isPoint(view.target_mm) && Object.keys(view).length === 2) return;
+  if (isObject(view) && isPoint(view.eye_mm) && isPoint(view.target_mm)) {
+    checkKeys(field, view, ["eye_mm", "target_mm", "roll"]);
+    if (view.roll !== undefined && !isNumber(view.roll, largestDegrees)) refuse(`${field}.roll`, view.roll, "degrees");
+    return;
+  }
   if (!views.includes(view)) refuse(field, view, `${views.join(", ")}, or eye_mm and target_mm`);
 }
 

@@ -1,9 +1,9 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshBasicMaterial, MeshStandardMaterial, MOUSE, NoBlending, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, SRGBColorSpace, UnsignedInt248Type, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, MathUtils, Mesh, MeshBasicMaterial, MeshStandardMaterial, MOUSE, NoBlending, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, SRGBColorSpace, UnsignedInt248Type, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
 import { unnamed } from "./labels.js";
-import { capMaterial, colourOf, drawCap, drawNumbers, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
+import { capMaterial, colourOf, drawCap, drawNumbers, drawSheetCut, drawTranslucent, isRemoved, setSection, sheetCut, translucentLayer } from "./material.js";
 import { mmPerM } from "./placement.js";
 
 // The 3-D view: camera, trackball, named views. Renders only after changes.
@@ -28,6 +28,14 @@ export const views = {
   top: () => Y.clone().addScaledVector(X, -1e-3),  // slightly tilted, since "up" is undefined for a vertical view
 };
 
+/// Axes of a camera without a roll.
+function uprightAxes(eye, target) {
+  const back = eye.clone().sub(target).normalize(), right = Y.clone().cross(back);
+  if (right.length() > 1e-6) right.normalize();
+  else right.copy(Z);
+  return { right, up: back.cross(right) };
+}
+
 /// The canvas: camera, controls and the joint shown.
 export class Viewer {
   constructor(canvas) {
@@ -46,6 +54,7 @@ export class Viewer {
     this.quick = new WebGLRenderTarget(1, 1, { stencilBuffer: true, colorSpace: SRGBColorSpace });
     this.numbers = new WebGLRenderTarget(1, 1);
     this.copy = new Mesh(new PlaneGeometry(2, 2), new MeshBasicMaterial({ map: this.quick.texture, blending: NoBlending }));
+    this.sheetCut = sheetCut();
     this.cap = new Mesh(new PlaneGeometry(2 * capMm, 2 * capMm), capMaterial());
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
@@ -181,6 +190,7 @@ export class Viewer {
     const eye = new Vector3().addScaledVector(right, (wide[0] + wide[1]) / 2).addScaledVector(up, (tall[0] + tall[1]) / 2).addScaledVector(from, distance);
     this.controls.target.copy(eye).addScaledVector(from, middle.dot(from) - distance);
     this.camera.position.copy(eye);
+    this.#setUp(Y);
     this.controls.minDistance = 0;
     const size = depth[1] - depth[0] + distance;
     this.camera.near = size / 200;
@@ -247,13 +257,25 @@ export class Viewer {
     return { ids: bytes.filter((_, k) => k % 4 === 0), columns, rows };
   }
 
-  /// Where the camera is and looks, mm, in the frame of the picture.
-  get place() { return { eye_mm: this.camera.position.toArray(), target_mm: this.controls.target.toArray() }; }
+  /// Where the camera is and looks, mm, in the frame of the picture, and its roll about that line, degrees (schemas/view-state.md).
+  get place() {
+    const { camera, controls } = this, { right, up } = uprightAxes(camera.position, controls.target), own = X.clone().applyQuaternion(camera.quaternion);
+    return { eye_mm: camera.position.toArray(), target_mm: controls.target.toArray(), roll: MathUtils.radToDeg(Math.atan2(own.dot(up), own.dot(right))) };
+  }
 
-  set place({ eye_mm: eye, target_mm: target }) {
+  set place({ eye_mm: eye, target_mm: target, roll = 0 }) {
     this.camera.position.set(...eye);
     this.controls.target.set(...target);
+    const { right, up } = uprightAxes(this.camera.position, this.controls.target), angle = MathUtils.degToRad(roll);
+    this.#setUp(roll === 0 ? Y : up.multiplyScalar(Math.cos(angle)).addScaledVector(right, -Math.sin(angle)));
     this.controls.update();
+  }
+
+  /// The trackball turns about `up`, which only a state with a roll tilts.
+  #setUp(up) {
+    this.camera.up.copy(up);
+    this.controls._quat.setFromUnitVectors(up, Y);  // the controls read it when they are made only
+    this.controls._quatInverse.copy(this.controls._quat).invert();
   }
 
   #draw() {
@@ -311,7 +333,7 @@ export class Viewer {
     renderer.autoClear = true;
   }
 
-  /// What is opaque, and the caps of the section.
+  /// What is opaque, and the cuts of the section.
   #drawSolids(joints) {
     const { renderer, scene, camera, cap, section } = this;
     renderer.render(scene, camera);
@@ -320,10 +342,11 @@ export class Viewer {
     cap.quaternion.setFromUnitVectors(Z, normal);
     cap.position.copy(normal).multiplyScalar(section.at / normal.lengthSq());
     renderer.autoClear = false;
-    for (const meshes of joints.flatMap((joint) => joint.solids())) {
+    for (const meshes of joints.flatMap((joint) => joint.cuttable(false))) {
       renderer.clear(false, false, true);
       drawCap(meshes, cap, (mesh) => renderer.render(mesh, camera));
     }
+    for (const meshes of joints.flatMap((joint) => joint.cuttable(true))) drawSheetCut(meshes, section, this.sheetCut, (mesh) => renderer.render(mesh, camera));
     renderer.autoClear = true;
   }
 

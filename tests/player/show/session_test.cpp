@@ -17,13 +17,13 @@ constexpr double frame_s = 1.0 / 60.0;
 constexpr int width = 800, height = 600;
 
 /// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 20 degrees, varus 1 is unsolved.
-store::MotionModel small_model()
+store::MotionModel small_model(double mm_deg = 0.1)
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20, 30};
   plan.varus_deg = {-1, 0, 1};
-  plan.motion = [](double flexion_deg, double) {
-    return store::PoseCoordinates{0, 0.1 * flexion_deg, 0, flexion_deg};
+  plan.motion = [mm_deg](double flexion_deg, double) {
+    return store::PoseCoordinates{0, mm_deg * flexion_deg, 0, flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
@@ -255,6 +255,15 @@ TEST(Comparison, Differences)
     EXPECT_NEAR(found.plots[0].lines[0].values[k], deg_from_rad(own.varus_rad - first.varus_rad), 1e-4);
     EXPECT_NEAR(found.plots[1].lines[0].values[k], own.anterior_mm - first.anterior_mm, 1e-4);
   }
+  // A second model, which moves up by 0.2 mm more at each degree.
+  ComparisonOptions of_file;
+  of_file.set = "raw";
+  of_file.file = "second.h5";
+  of_file.model = std::make_shared<const store::MotionModel>(small_model(0.3));
+  Comparison with_file(model, of_file, {}, view::Backdrop::studio);
+  const std::vector<view::CurveLine>& moved = with_file.differences(motion, 0.0).plots[1].lines;
+  EXPECT_NEAR(Eigen::Vector3f(moved[0].values[60], moved[1].values[60], moved[2].values[60]).norm(), 6.0,
+              1e-4);
   EXPECT_EQ(found.plots[0].lines[0].name, "varus");
   EXPECT_EQ(found.plots[1].lines[0].name, "anterior");
 }
@@ -307,6 +316,8 @@ TEST_F(AtWindow, StateOfTheView)
   options.appearance.layers = "ligaments,labels";
   UsedSession other(options);
   EXPECT_EQ(view_state_text(other.session_.view_state()), text);
+  EXPECT_GT(std::abs(read.place->roll_deg), 5.0);
+  EXPECT_LT((other.camera() - camera()).cwiseAbs().maxCoeff(), 1e-3) << "mm, as rounded in the file";
   std::string address = "http://127.0.0.1/#step=2&view=";
   for (const char c : text) {
     char escaped[4];
@@ -314,6 +325,30 @@ TEST_F(AtWindow, StateOfTheView)
     address += c == ' ' ? "+" : escaped;
   }
   EXPECT_EQ(view_state_text(read_view_state(address)), text);
+}
+
+// A camera at (0, 0, 100) that looks at the origin and rolls to its up; from above its right is Z.
+TEST(CameraPlace, Roll)
+{
+  for (const double roll_deg : {0.0, 30.0, -90.0, 170.0}) {
+    SCOPED_TRACE(roll_deg);
+    const double c = std::cos(rad_from_deg(roll_deg)), s = std::sin(rad_from_deg(roll_deg));
+    view::OrbitCamera gaze;
+    gaze.camera.X_world_camera.translation() << 0, 0, 100;
+    gaze.camera.X_world_camera.linear() << c, -s, 0, s, c, 0, 0, 0, 1;
+    const CameraPlace front = place_of(gaze);
+    EXPECT_NEAR(front.roll_deg, roll_deg, 1e-9);
+    EXPECT_LT(front.target_mm.norm(), 1e-9);
+    const auto error = [&] {
+      return (placed({}, place_of(gaze)).X_world_camera.matrix() - gaze.camera.X_world_camera.matrix())
+          .norm();
+    };
+    EXPECT_LT(error(), 1e-9);
+    gaze.camera.X_world_camera.translation() << 0, 100, 0;
+    gaze.camera.X_world_camera.linear() << s, c, 0, 0, 0, 1, c, -s, 0;
+    EXPECT_NEAR(place_of(gaze).roll_deg, roll_deg, 1e-9);
+    EXPECT_LT(error(), 1e-9);
+  }
 }
 
 TEST_F(AtWindow, ALostFocusEndsADrag)

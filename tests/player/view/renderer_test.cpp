@@ -388,6 +388,10 @@ TEST(Overlay, KeptPanel)
     EXPECT_EQ(kept->draw(scene, {&shot, 1}, &overlay).rgba, fresh->draw(scene, {&shot, 1}, &overlay).rgba);
     EXPECT_NEAR(at(kept->draw(scene, {&shot, 1}, &overlay), 8, 20)[0], red, code_tolerance);
   }
+  // Its triangles are not drawn again: without them the panel is still there.
+  Overlay overlay = overlay_of({100, 10, 10, 255});
+  overlay.commands[0].n_indices = 0;
+  EXPECT_NEAR(at(kept->draw(scene, {&shot, 1}, &overlay), 8, 20)[0], 100, code_tolerance);
 }
 
 // Two joints side by side, and one over the other.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "support/meshes.hpp"
 #include "support/models.hpp"
@@ -189,6 +190,36 @@ TEST(Section, CutOfABall)
   }
 }
 
+// An open sheet has a line, and a bone with one defective triangle is a solid.
+TEST(Section, CutOfASheet)
+{
+  Stage stage(knee());
+  Scene scene;
+  scene.drawables = {stage.of(femur), stage.of(femur)};
+  RenderMesh& sheet = scene.drawables[0].mesh;
+  sheet.vertices.resize(4);
+  for (std::size_t k = 0; k < 4; ++k)
+    sheet.vertices[k].position_mm = {k % 2 == 0 ? -20.0F : 20.0F, k < 2 ? -20.0F : 20.0F, 3.0F};
+  sheet.triangles = {0, 1, 2, 2, 1, 3};
+  const Mesh fine = test::ball(20, 40, 80);
+  std::vector<Eigen::Index> triangles(static_cast<std::size_t>(fine.triangles.rows() - 1));
+  std::iota(triangles.begin(), triangles.end(), 0);
+  scene.drawables[1].mesh = make_render_mesh(fine, triangles, Eigen::Vector3d::Zero());
+  scene.drawables[1].structure = plate;
+  SectionCaps caps(scene);
+  scene.section = SectionPlane{Eigen::Vector3d::UnitX(), 5.0};
+  caps.update(scene);
+  // 40 mm in two triangles, each with two square ends.
+  constexpr double width_mm = SectionCaps::line_mm;
+  EXPECT_NEAR(area_mm2(scene.drawables[2]), (40.0 + 2.0 * width_mm) * width_mm, SectionCaps::row_mm);
+  for (const RenderVertex& vertex : scene.drawables[2].mesh.vertices) {
+    EXPECT_NEAR(vertex.position_mm[0], 5.0, 1e-4);
+    EXPECT_LE(std::abs(vertex.position_mm[1]), 20.0 + 0.5 * width_mm + SectionCaps::row_mm);
+    EXPECT_NEAR(std::abs(vertex.position_mm[2] - 3.0F), 0.5 * width_mm, SectionCaps::row_mm);
+  }
+  EXPECT_NEAR(area_mm2(scene.drawables[3]) / (pi * 375.0), 1.0, 0.01);
+}
+
 // Every anchor is on what it names and nothing is in front of it; medial and lateral are on their sides.
 TEST(Labels, InFrontOfBone)
 {
@@ -229,6 +260,87 @@ TEST(Labels, InFrontOfBone)
       }
     }
     EXPECT_GT(n_hidden, 0) << "from the medial side the lateral one is hidden";
+  }
+}
+
+/// Makes the mesh a square across the camera's line of sight; `is_back`: its inner side is seen.
+void make_square(Drawable& drawable, const Camera& camera, const Eigen::Vector3d& middle_mm, double half_mm,
+                 bool is_back)
+{
+  drawable.mesh.vertices.resize(4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d across(k % 2 == 0 ? -half_mm : half_mm, k < 2 ? -half_mm : half_mm, 0.0);
+    const Eigen::Vector3d corner_mm = middle_mm + camera.X_world_camera.linear() * across;
+    const Eigen::Vector3f p = (drawable.X_world_mesh.inverse() * corner_mm).cast<float>();
+    drawable.mesh.vertices[k].position_mm = {p.x(), p.y(), p.z()};
+  }
+  drawable.mesh.triangles = {0, 1, 2, 2, 1, 3};
+  if (is_back) drawable.mesh.triangles = {0, 2, 1, 2, 3, 1};
+  update_box(drawable);
+}
+
+// Either side of an open sheet hides what is behind it.
+TEST(Labels, BehindASheet)
+{
+  for (const bool is_back : {false, true}) {
+    Stage stage(knee());
+    const Camera camera = stage.camera(View::medial);
+    make_square(stage.of(plate), camera, 30.0 * camera.X_world_camera.linear().col(2), 200.0, is_back);
+    LabelAnchors anchors(stage.model, stage.scene);
+    std::vector<ScreenLabel> labels(anchors.texts().size());
+    anchors.place(labels, stage.scene, {camera, square});
+    for (std::size_t k = 0; k < labels.size(); ++k)
+      EXPECT_FALSE(labels[k].is_shown && anchors.texts()[k] == "femur") << is_back;
+  }
+}
+
+// On a filled cut there is the name of its bone, and none of a side that is behind it.
+TEST(Labels, SideBehindACut)
+{
+  Stage stage(knee());
+  Camera camera = stage.camera(View::medial);
+  const Drawable& bone = stage.of("bodies/moving/block");
+  camera.X_world_camera.translation().y() = (bone.X_world_mesh * bone.box_mm.center()).y();
+  LabelAnchors anchors(stage.model, stage.scene);
+  std::vector<ScreenLabel> labels(anchors.texts().size());
+  const auto is_shown = [&](const char* text) {
+    anchors.place(labels, stage.scene, {camera, square});
+    const auto found = std::ranges::find(anchors.texts(), text);
+    return labels.at(static_cast<std::size_t>(found - anchors.texts().begin())).is_shown;
+  };
+  EXPECT_TRUE(is_shown("medial"));
+  stage.scene.section = SectionPlane{Eigen::Vector3d::UnitZ(), 0.0};
+  stage.place();
+  EXPECT_TRUE(is_shown("tibia"));
+  EXPECT_FALSE(is_shown("lateral"));
+}
+
+// A band over the anchor of a bone moves it, one over the whole bone leaves no name.
+TEST(Labels, BehindFibres)
+{
+  Stage stage(knee());
+  LabelAnchors anchors(stage.model, stage.scene);
+  std::vector<ScreenLabel> labels(anchors.texts().size());
+  const Camera camera = stage.camera(View::medial);
+  const auto label = [&](const char* text) {
+    anchors.place(labels, stage.scene, {camera, square});
+    return labels.at(
+        static_cast<std::size_t>(std::ranges::find(anchors.texts(), text) - anchors.texts().begin()));
+  };
+  const ScreenLabel first = label("femur");
+  ASSERT_TRUE(first.is_shown);
+  Drawable& band = stage.of("ligaments/MCLs");
+  const Eigen::Vector3d above_mm = first.anchor_world_mm + 2.0 * camera.X_world_camera.linear().col(2);
+  for (const double half_mm : {1.0, 200.0}) {
+    SCOPED_TRACE(half_mm);
+    make_square(band, camera, above_mm, half_mm, false);
+    const ScreenLabel found = label("femur");
+    EXPECT_EQ(found.is_shown, half_mm < 100.0);
+    EXPECT_TRUE(!found.is_shown || found.anchor_world_mm != first.anchor_world_mm);
+    EXPECT_TRUE(label("MCL").is_shown) << "its own band";
+    band.is_shown = false;
+    EXPECT_EQ(label("femur").anchor_world_mm, first.anchor_world_mm);
+    band.is_shown = true;
   }
 }
 

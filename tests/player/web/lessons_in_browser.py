@@ -197,12 +197,48 @@ class Lessons(unittest.TestCase):
             for change, wanted in (({"structures": {"ligaments/ABC": {}}}, 'address.structures: found "ligaments/ABC", wanted a structure of the model'),
                                    ({"structures": {LCL: {"opacity": 0}}}, 'opacity: found 0, wanted a number above 0'), ({"version": 2}, "address.version: found 2, wanted 1"),
                                    ({"set": "degree_9"}, 'address.set: found "degree_9", wanted two_sided'), ({"flexion": "30"}, "address.flexion: found \"30\", wanted degrees"),
-                                   ({"view": "above"}, 'address.view: found "above", wanted oblique'), ({"section": {"plane": [1, 1, 0], "at_mm": 0}}, "address.section.plane: found [1,1,0], wanted sagittal, coronal, axial, or a unit vector"), ({"hidden": []}, "address.hidden: found \"this key\", wanted format")):
+                                   ({"view": {"eye_mm": [9, 0, 0], "target_mm": [0, 0, 0], "roll": 361}}, "address.view.roll: found 361, wanted degrees"), ({"view": "above"}, 'address.view: found "above", wanted oblique'), ({"section": {"plane": [1, 1, 0], "at_mm": 0}}, "address.section.plane: found [1,1,0], wanted sagittal, coronal, axial, or a unit vector"), ({"hidden": []}, "address.hidden: found \"this key\", wanted format")):
                 page.browser.value("document.getElementById('message').hidden = true")
                 page.browser.value(f"location.hash = new URLSearchParams({{ view: {json.dumps(json.dumps({**state, **change}))} }})")
                 page.browser.wait("!document.getElementById('message').hidden")
                 self.assertIn(wanted, page.text("message"))
                 self.assertEqual(page.browser.value("window.vrda.state()"), state)
+            self.is_quiet(page)
+
+    def test_a_roll_turns_the_picture(self):
+        front = {"eye_mm": [600, 0, 0], "target_mm": [0, 0, 0]}
+        with Page(CHROMIUM, DEADLINE_S) as page:
+            self.opened(page)
+            self.state(page, view="front", fixed="reference", structures=self.only(page, FEMUR))
+            upright = self.picture(page)
+            # A square about the middle, without the texts.
+            seen = {}
+            for roll in (None, 0, 90, 180):
+                looks = self.only(page) if roll is None else self.only(page, FEMUR)
+                state = self.state(page, view={**front, **({"roll": roll} if roll else {})}, structures=looks)
+                self.assertEqual(abs(state["view"].get("roll", 0)), roll or 0)
+                picture = self.picture(page, f"roll-{roll}")
+                rows, columns = (n // 2 for n in picture.shape[:2])
+                half = min(rows, columns) - 70
+                seen[roll] = picture[rows - half : rows + half, columns - half : columns + half]
+            outline = {roll: numpy.abs(seen[roll] - seen[None]).sum(axis=2) > 6 for roll in (0, 90, 180)}
+            self.assertGreater(outline[0].mean(), 0.1)
+            # The camera turns to its left, hence the picture to the right.
+            for roll, turned in ((90, numpy.rot90(outline[0], -1)), (180, numpy.rot90(outline[0], 2))):
+                self.assertLess((outline[roll] != turned).mean(), 0.01, roll)
+            # A drag along the picture's horizontal turns about its vertical, the canonical Z.
+            self.state(page, view={**front, "roll": 90})
+            left, top = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.left, r.top]; })()")
+            for kind, x in (("mousePressed", 200), ("mouseMoved", 260), ("mouseReleased", 260)):
+                page.browser.call("Input.dispatchMouseEvent", type=kind, x=left + x, y=top + 300, button="left", buttons=1, clickCount=1)
+            page.settle()
+            place = page.browser.value("window.vrda.state()")["view"]
+            self.assertLess(abs(place["eye_mm"][2]), 1e-2)
+            self.assertGreater(abs(place["eye_mm"][1]), 50)
+            # A view by its name is upright again.
+            page.browser.value("document.querySelector('#views [value=front]').click()")
+            page.settle()
+            numpy.testing.assert_array_equal(self.picture(page), upright)
             self.is_quiet(page)
 
     def test_lessons_open_without_a_network(self):
@@ -271,9 +307,20 @@ class Lessons(unittest.TestCase):
             self.opened(page, f"file://{path}#step=2")
             self.assertEqual([page.text("lesson-title"), page.text("lesson-text"), page.text("lesson-ask")], ["</script> & <b>", "Two", "Which?"])
             self.assertEqual(page.browser.value("window.vrda.state()"), second)
-            # The arrow's tip is where the picture was touched.
-            tip = page.browser.value("(() => { const a = document.getElementById('arrow'), m = new DOMMatrix(getComputedStyle(a).transform); return [m.e, m.f]; })()")
+            # The arrow's tip is where the picture was touched; of two joints side by side each has one.
+            tips = "(of) => of.map((id) => { const e = document.getElementById(id), m = new DOMMatrix(getComputedStyle(e).transform); return [m.e, m.f, getComputedStyle(e).visibility]; })"
+            (*tip, _), (*_, seen) = page.browser.value(f"({tips})(['arrow', 'arrow-other'])")
             self.assertLess(numpy.abs(numpy.array(tip) - spot).max(), 1.5)
+            self.assertEqual(seen, "hidden")
+            page.set("compare", second["set"], "change")
+            page.settle()
+            (x, y, seen), (x_other, y_other, seen_other) = page.browser.value(f"({tips})(['arrow', 'arrow-other'])")
+            self.assertEqual([seen, seen_other], ["visible", "visible"])
+            self.picture(page, "arrows-of-two")
+            width = page.browser.value("document.getElementById('joint').clientWidth")
+            numpy.testing.assert_allclose([x_other - x, y_other - y], [width / 2, 0], rtol=0, atol=1e-3)
+            page.set("compare", "", "change")
+            page.settle()
             page.browser.value("document.getElementById('lesson-back').click()")
             self.assertEqual(page.text("lesson-text"), "One: </script>")
             self.assertEqual(page.browser.value("window.vrda.state()"), first)

@@ -20,7 +20,7 @@ import h5py
 import numpy
 from PIL import Image
 
-from web_scenes import MODELS, Page, bad_files, make_models
+from web_scenes import MODELS, Page, bad_files, changed, make_models
 
 VRDA, PRINT_POSES, PAGE, CHROMIUM, JOB = sys.argv[1:6]
 KEPT = pathlib.Path(sys.argv[6]) if len(sys.argv) > 6 else None
@@ -352,6 +352,45 @@ class WebPage(unittest.TestCase):
             self.whole(page, "holes")
             self.is_quiet(page)
 
+    def test_doubts_of_a_follower_are_said_where_the_joint_has_none(self):
+        def doubt(file):
+            file["plausibility"][...] = 0
+            file["plausibility"][2, :] = 4  # flexion 20 degrees
+            file["followers/patella/plausibility"][...] = 0
+            file["followers/patella/plausibility"][2:4, :] = 3
+
+        with Page(CHROMIUM) as page:
+            self.assertEqual(page.open(f"file://{PAGE}", changed(self.models["grid"], self.root / "doubt.h5", doubt)), "")
+            page.set("set", "raw", "change")
+            for flexion, wanted in ((10, "$"), (20, "border contact: "), (30, "patella: dislocated: "), (35, "patella: dislocated: "), (40, "$")):
+                page.set("flexion", flexion)
+                self.assertRegex(page.text("doubt"), f"^{wanted}", flexion)
+            self.assertIn("patella: 10 of 50 poses: dislocated", page.text("warnings"))
+
+    def test_a_solid_is_cut_in_a_filled_area_and_an_open_sheet_in_a_line(self):
+        def opened_up(file):
+            for path in (f"bodies/reference/{part}{name}" for part in ("", "visual/") for name in ("triangles", "component")):
+                values = file[path][()]
+                del file[path]
+                file[path] = values[numpy.arange(len(values)) % 10 != 0]
+
+        bone = numpy.array([0.839, 0.745, 0.591])
+        area, line = (255 * (1.055 * (brightness * bone) ** (1 / 2.4) - 0.055) for brightness in (0.8, 0.24))
+        with Page(CHROMIUM) as page:
+            for model, wanted in ((self.models["grid"], (0.05, 0)), (changed(self.models["grid"], self.root / "sheet.h5", opened_up), (0, 0.002))):
+                self.assertEqual(page.open(f"file://{PAGE}", model), "")
+                ids = page.browser.value("window.vrda.structures().map(({ id }) => id)")
+                state = {**page.browser.value("window.vrda.state()"), "fixed": "reference", "view": "lateral", "section": {"plane": "sagittal", "at_mm": 10},
+                         "structures": {one: {"visible": False} for one in ids if one != "bodies/reference/femur" and not one.startswith("layers/")}}
+                page.browser.value(f"window.vrda.useState({json.dumps(state)})")
+                page.settle()
+                picture = self.picture(page, "#joint", f"section-{model.stem}")
+                found = [(numpy.abs(picture - colour).max(axis=2) < 1.5).mean() for colour in (area, line)]
+                for part, least in zip(found, wanted, strict=True):
+                    self.assertGreaterEqual(part, least)
+                    self.assertLess(part, 5e-4 if least == 0 else 1)  # shades of the surface
+            self.is_quiet(page)
+
     def test_the_named_body_does_not_move(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "left")
@@ -595,7 +634,7 @@ class WebPage(unittest.TestCase):
             page.set("flexion", 60)
             page.settle()
             self.assertIn("translucent: free.h5: flexion 60.0°", page.text("shown-other"))
-            over = self.picture(page, "#joint", "compare-over")
+            over = self.picture(page, "#joint", "compare-over")[60:-70]
             line = differences("rotation")[0]
             for f in (0, 30, 60, 90):
                 k, k_own, k_other = line["x"].index(f), own["x"].index(f), other["x"].index(f)
@@ -604,14 +643,18 @@ class WebPage(unittest.TestCase):
                 self.assertAlmostEqual(line["band"]["high"][k], abs(own["band"]["high"][k_own] - own["curves"][0][k_own]), delta=RAD)
             page.set("compare", "", "change")
             page.settle()
-            self.assertGreater((numpy.abs(self.picture(page, "#joint", "compare-nothing") - over).sum(axis=2) > 20).mean(), LEAST_LAYER)
+            self.assertGreater((numpy.abs(self.picture(page, "#joint", "compare-nothing")[60:-70] - over).sum(axis=2) > 20).mean(), LEAST_LAYER)
             self.assertTrue(page.browser.value("document.getElementById('differences').hidden"))
             self.is_quiet(page)
 
     def test_as_wide_as_a_phone(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "left", width=390, height=844, is_phone=True)
+            self.opened(page, "left", width=390, height=844, is_phone=True, scale=2)
             self.assertLessEqual(page.browser.value("document.documentElement.scrollWidth"), 390)
+            # Pictures have the pixels of the screen.
+            for name in ("joint", "plateau"):
+                drawn, shown = page.browser.value(f"((e) => [e.width, e.clientWidth])(document.getElementById('{name}'))")
+                self.assertLessEqual(abs(drawn - 2 * shown), 2, name)
             self.whole(page, "phone")
             self.is_quiet(page)
 
