@@ -725,10 +725,10 @@ void Motion::use_smoothed_followers(const store::MotionModel& model, const store
 void Motion::use_sampled_followers(const store::UncertainMotion& samples, std::size_t quantile)
 {
   const std::size_t n = raw_.flexion_rad.size();
-  const std::size_t first = static_cast<std::size_t>(samples.quantile_sample.at(quantile)) * n;
   for (FollowerTrack& track : followers_) {
     const auto found = std::ranges::find(samples.followers, track.name, &UncertainFollower::name);
     if (found == samples.followers.end()) continue;
+    const std::size_t first = static_cast<std::size_t>(samples.quantile_sample.at(quantile)) * n;
     track.coordinates = {raw_.flexion_rad, {0.0}, std::vector<HermiteNode<6>>(n)};
     for (std::size_t i = 0; i < n; ++i) {
       HermiteNode<6>& node = track.coordinates.nodes[i];
