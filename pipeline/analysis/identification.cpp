@@ -33,8 +33,7 @@ std::size_t row_of_name(const std::array<const char*, n>& names, const std::stri
 BodyIndex body_of_attachment(const job::Job& job, std::size_t number)
 {
   const job::FitParameterJob& parameter = job.fit->parameters[number];
-  job::BodyNames names{job.reference.name, job.moving.name};
-  for (const job::FollowerJob& follower : job.followers) names.push_back(follower.body.name);
+  const job::BodyNames names = job::names_before(job, job.followers.size());
   if (const std::optional<BodyIndex> found = job::body_named(parameter.body, names)) return *found;
   job.document.refuse("fit.parameter." + std::to_string(number) + ".body", '"' + parameter.body + '"',
                       "\"reference\", \"moving\" or a follower");
@@ -172,8 +171,7 @@ std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
       unknown.body = body_of_attachment(job, k);
       unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
     }
-    const model::Ligaments& ligaments =
-        unknown.follower ? job_case.followers[*unknown.follower].ligaments : job_case.ligaments;
+    const model::Ligaments& ligaments = job::ligaments_of(job_case, unknown.follower);
     const std::string owner = unknown.name;
     for (const FibreGroup& group : groups_of(job, ligaments.fibres, k, unknown)) {
       unknown.fibres = group.fibres;
@@ -235,7 +233,7 @@ std::vector<double> reference_lengths_mm(const job::Case& job_case, const model:
 model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
                                    const Eigen::VectorXd& change, std::optional<std::size_t> follower)
 {
-  const model::Ligaments& given = follower ? job_case.followers.at(*follower).ligaments : job_case.ligaments;
+  const model::Ligaments& given = job::ligaments_of(job_case, follower);
   model::Ligaments ligaments = given;
   std::vector<double> strain_change(ligaments.fibres.size(), 0.0);
   std::vector<bool> is_changed(ligaments.fibres.size(), false);
@@ -859,23 +857,16 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
     return spine_poses(x);
   const std::vector<double> from = spine_poses(base);
   return recalled({near_spine, joined(base, x)}, [&] {
-    const job::Case& job_case = *data_.motion;
-    const Eigen::VectorXd changes = change(x);
-    const model::Ligaments ligaments =
-        model::solver_ligaments(changed_ligaments(job_case, plan_.unknowns, changes), job_case.frame);
-    solve::EquilibriumSolver solver(joint_, ligaments, job_case.equilibrium);
-    std::optional<job::Case> changed;
-    if (has_followers_) changed = changed_case(job_case, plan_.unknowns, changes);
+    const job::Case changed = changed_case(*data_.motion, plan_.unknowns, change(x));
+    const model::Ligaments ligaments = model::solver_ligaments(changed.ligaments, changed.frame);
+    solve::EquilibriumSolver solver(joint_, ligaments, changed.equilibrium);
     std::vector<double> values, of_followers;
-    for (std::size_t k = 0; k < job_case.push.size() && !from.empty(); ++k) {
+    for (std::size_t k = 0; k < changed.push.size() && !from.empty(); ++k) {
       const StepRecord seed = record_at(from, k);
-      const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[k]);
-      const job::Push push =
-          changed_push(job_case.push[k], load_change_at(plan_.unknowns, changes, flexion_rad));
       solve::EquilibriumSolver::Task task;
-      task.attitude = {flexion_rad, seed.varus_rad};
+      task.attitude = {rad_from_deg(changed.grid.flexion_deg[k]), seed.varus_rad};
       task.seed = seed.pose;
-      task.loads = solve::loads_of(job_case, push);
+      task.loads = solve::loads_of(changed, changed.push[k]);
       task.is_varus_free = true;
       task.is_measured = false;
       StepRecord record = seed;
@@ -884,9 +875,9 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
       if (record.status == StepStatus::stable && !is_same_branch(seed, record))
         record.status = StepStatus::iteration_limit;
       append_pose(values, record);
-      if (!changed) continue;
+      if (!has_followers_) continue;
       record.key.flexion = static_cast<std::int32_t>(k);
-      append_near_followers(of_followers, *changed, record, from);
+      append_near_followers(of_followers, changed, record, from);
     }
     values.insert(values.end(), of_followers.begin(), of_followers.end());
     return values;

@@ -7,7 +7,6 @@
 
 #include "core/axis.hpp"
 #include "core/document.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 
 namespace vrda::job {
@@ -44,25 +43,12 @@ void check_owner(const core::Document& document, const FitParameterJob& paramete
     document.refuse(key + ".flexion_deg", "this key", "no value: the load of a follower is constant");
 }
 
-// Throws unless a follower of the job has the name.
-void require_follower(const core::Document& document, const std::string& key, const std::string& name)
-{
-  std::vector<std::string> names;
-  for (const core::DocumentValue& value : core::list_or_empty(document.root, "follower"))
-    names.push_back(core::text_at(value, "name"));
-  if (std::ranges::find(names, name) != names.end()) return;
-  document.refuse(key, '"' + name + '"',
-                  names.empty()
-                      ? "a job with [[follower]]"
-                      : "a [[follower]] of the job; the nearest is \"" + nearest_word(name, names) + '"');
-}
-
 FitParameterJob parameter_of(const core::Document& document, const core::DocumentValue& value,
                              const std::string& key)
 {
   FitParameterJob parameter;
   parameter.follower = core::text_or_empty(value, "follower");
-  if (!parameter.follower.empty()) require_follower(document, key + ".follower", parameter.follower);
+  if (!parameter.follower.empty()) follower_named(document, key + ".follower", parameter.follower);
   const std::string& quantity = core::text_at(value, "quantity");
   for (const FitQuantity known :
        {FitQuantity::reference_strain, FitQuantity::attachment, FitQuantity::load}) {
@@ -130,7 +116,7 @@ std::optional<FitJob> fit_of(const core::Document& document)
   for (const core::DocumentValue& value : core::list_or_empty(*table, "follower")) {
     const std::string& name = core::text_at(value, "name");
     const std::string key = "fit.follower." + std::to_string(fit.follower_noise.size());
-    require_follower(document, key + ".name", name);
+    follower_named(document, key + ".name", name);
     const auto [noise, is_new] = fit.follower_noise.emplace(name, std::array<double, n_joint_coordinates>{});
     if (!is_new) document.refuse(key + ".name", '"' + name + "\" a second time", "each follower once");
     is_fitted = read_noise(value, follower_coordinate_names, 0, noise->second) || is_fitted;

@@ -8,17 +8,31 @@
 #include "job/job_parts.hpp"
 
 namespace vrda::job {
-namespace {
 
-constexpr double shortest_direction = 1e-6;
+std::size_t follower_named(const core::Document& document, const std::string& key, const std::string& name)
+{
+  std::vector<std::string> names;
+  for (const core::DocumentValue& value : core::list_or_empty(document.root, "follower"))
+    names.push_back(core::text_at(value, "name"));
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end())
+    document.refuse(key, '"' + name + '"',
+                    names.empty()
+                        ? "a job with [[follower]]"
+                        : "a [[follower]] of the job; the nearest is \"" + nearest_word(name, names) + '"');
+  return static_cast<std::size_t>(found - names.begin());
+}
 
-// Names by BodyIndex, of the objects before the follower in `row`, or all.
 BodyNames names_before(const Job& job, std::size_t row)
 {
   BodyNames names{job.reference.name, job.moving.name};
   for (std::size_t k = 0; k < row; ++k) names.push_back(job.followers[k].body.name);
   return names;
 }
+
+namespace {
+
+constexpr double shortest_direction = 1e-6;
 
 std::string listed(const BodyNames& names)
 {

@@ -185,7 +185,7 @@ FibreJob fibre_of(const Job& job, const core::DocumentValue& value, const std::s
   return fibre;
 }
 
-std::optional<LigamentsJob> ligaments_of(const Job& job, const core::DocumentValue& root)
+std::optional<LigamentsJob> ligaments_at(const Job& job, const core::DocumentValue& root)
 {
   const core::DocumentValue* table = core::find_at(root, "ligaments");
   if (table == nullptr) return std::nullopt;
@@ -330,7 +330,7 @@ void read_settings(Job& job)
                core::text_or_empty(root, "solver.equilibrium.branch") == "continuous" ? BranchRule::continuous
                                                                                       : BranchRule::lowest};
   job.prior = prior_of(job.document, job.push, job.spine.band_moment_nmm);
-  job.ligaments = ligaments_of(job, root);
+  job.ligaments = ligaments_at(job, root);
   job.followers = followers_of(
       job, [&](const std::string& key, const std::string& name) { return body_of(job, root, key, name); });
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {

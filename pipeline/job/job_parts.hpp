@@ -86,6 +86,12 @@ GenerateJob generate_of(const core::DocumentValue& value);
 
 class ComponentLoader;
 
+/// The row of the follower of that name; `key` is that of the name, for the message.
+std::size_t follower_named(const core::Document& document, const std::string& key, const std::string& name);
+
+/// Names by BodyIndex, of the objects before the follower in `row`, or all.
+BodyNames names_before(const Job& job, std::size_t row);
+
 /// The list, parsed; `bodies` reads the components. Throws InputError naming the key: a name twice, an
 /// object that is not before it, no direction.
 std::vector<FollowerJob> followers_of(
@@ -104,11 +110,11 @@ inline std::vector<double> scan_strains(const std::vector<Follower>& followers, 
   return scan_strains(followers, row, followers.at(row).ligaments);
 }
 
-/// What an uncertain parameter changes: fibres, and the body of a component, of a follower or of the joint.
+/// The fibres, and the body of a component, of a follower by its row or of the joint.
 template <typename AnyCase>
-auto& ligaments_of(AnyCase& of, const UncertainParameter& parameter)
+auto& ligaments_of(AnyCase& of, std::optional<std::size_t> follower)
 {
-  return parameter.follower ? of.followers.at(*parameter.follower).ligaments : of.ligaments;
+  return follower ? of.followers.at(*follower).ligaments : of.ligaments;
 }
 template <typename AnyCase>
 auto& body_of(AnyCase& of, const UncertainParameter& parameter)

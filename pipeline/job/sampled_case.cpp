@@ -163,7 +163,7 @@ struct SampledCase::State {
     check(given.uncertainty.has_value() && given.steps_scale == 1.0, "SampledCase: an uncertain case");
     const job::Uncertainty& uncertainty = *given.uncertainty;
     for (const UncertainParameter& parameter : uncertainty.parameters) {
-      draws.push_back(DrawColumns(parameter, ligaments_of(given, parameter).fibres, names).draws());
+      draws.push_back(DrawColumns(parameter, ligaments_of(given, parameter.follower).fibres, names).draws());
       if (parameter.quantity != UncertainQuantity::attachment) continue;
       std::optional<geometry::NearestSurface>& surface = part_of(surfaces, parameter.body);
       if (!surface) surface = surface_of(part_of(given, parameter.body));
@@ -215,7 +215,7 @@ struct SampledCase::State {
     double largest = -std::numeric_limits<double>::infinity();
     if (parameter.quantity == UncertainQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
-        largest = std::max(largest, ligaments_of(job_case, parameter).fibres[k].stiffness_n);
+        largest = std::max(largest, ligaments_of(job_case, parameter.follower).fibres[k].stiffness_n);
     } else if (parameter.quantity == UncertainQuantity::offset) {
       const Part& part = body_of(job_case, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
@@ -285,7 +285,7 @@ struct SampledCase::State {
   model::Ligaments ligaments_at(int sample, std::optional<std::size_t> follower = {}) const
   {
     const job::Uncertainty& uncertainty = *job_case.uncertainty;
-    model::Ligaments ligaments = follower ? job_case.followers[*follower].ligaments : job_case.ligaments;
+    model::Ligaments ligaments = ligaments_of(job_case, follower);
     const std::vector<double>& old_strain = strain.at(follower ? 1 + *follower : 0);
     std::vector<double> new_strain = old_strain;
     std::vector<bool> has_strain(new_strain.size(), false);  // the slack length follows from the strain

@@ -78,8 +78,10 @@ class UncertaintyReader {
     parameter.is_factor =
         factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == UncertainQuantity::stiffness;
     parameter.name = quantity;
-    if (const core::DocumentValue* follower = core::find_at(value, "follower"))
-      set_follower(core::text_at(*follower, ""), parameter);
+    if (const std::string& follower = core::text_or_empty(value, "follower"); !follower.empty()) {
+      parameter.follower = follower_named(job_.document, at_ + ".follower", follower);
+      parameter.name += " " + follower;
+    }
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
     if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
     if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
@@ -113,20 +115,6 @@ class UncertaintyReader {
     return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
            quantity == UncertainQuantity::load || quantity == UncertainQuantity::offset ||
            quantity == UncertainQuantity::thickness;
-  }
-
-  void set_follower(const std::string& name, UncertainParameter& parameter)
-  {
-    std::vector<std::string> names;
-    for (const Follower& follower : loaded_.followers) names.push_back(follower.name);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-      refuse("follower", "\"" + name + "\"",
-             names.empty()
-                 ? "a job with [[follower]]"
-                 : "a [[follower]] of the job; the nearest is \"" + nearest_word(name, names) + "\"");
-    parameter.follower = static_cast<std::size_t>(found - names.begin());
-    parameter.name += " " + name;
   }
 
   // A key that the quantity or the distribution does not use is a mistake.
@@ -174,7 +162,7 @@ class UncertaintyReader {
 
   void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
   {
-    const std::vector<model::Fibre>& fibres = ligaments_of(loaded_, parameter).fibres;
+    const std::vector<model::Fibre>& fibres = ligaments_of(loaded_, parameter.follower).fibres;
     if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
     if (parameter.quantity == UncertainQuantity::attachment) {
       parameter.body = body_at(value);
@@ -380,8 +368,10 @@ class UncertaintyReader {
     const bool is_factor = parameter.is_factor;
     if (parameter.quantity == UncertainQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
-        require((is_factor ? 0.0 : ligaments_of(loaded_, parameter).fibres[k].stiffness_n) + smallest > 0.0,
-                "values that keep every stiffness above 0");
+        require(
+            (is_factor ? 0.0 : ligaments_of(loaded_, parameter.follower).fibres[k].stiffness_n) + smallest >
+                0.0,
+            "values that keep every stiffness above 0");
     } else if (parameter.quantity == UncertainQuantity::offset) {
       const Part& part = body_of(loaded_, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {

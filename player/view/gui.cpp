@@ -431,13 +431,17 @@ struct Panels {
     ImGui::End();
   }
 
+  /// Of the shown pose in a plot over these flexions, from 0 to 1.
+  double position_between(double first_rad, double last_rad) const
+  {
+    return (readout->pose.attitude.flexion_rad - first_rad) / std::max(last_rad - first_rad, 1e-9);
+  }
+
   void draw_rotations(std::size_t set)
   {
     const RotationPlots& all = options.rotations;
     ImGui::TextColored(quiet_colour, "internal rotation over flexion, °");
-    const double span_rad = all.last_flexion_rad - all.first_flexion_rad;
-    const double now =
-        (readout->pose.attitude.flexion_rad - all.first_flexion_rad) / std::max(span_rad, 1e-9);
+    const double now = position_between(all.first_flexion_rad, all.last_flexion_rad);
     const float wide = message_width_em * ImGui::GetFontSize();
     draw_plot(all.of_sets[set], now, ImVec2(wide, curve_height_em * ImGui::GetFontSize()));
     draw_names(all.of_sets[set], ImGui::GetCursorPosX(), wide);
@@ -704,9 +708,7 @@ struct Panels {
     ImGui::Begin("differences", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
     ImGui::SetWindowFontScale(picture_scale(picture));
     ImGui::TextUnformatted(all.caption);
-    const double span_rad = all.last_flexion_rad - all.first_flexion_rad;
-    const double now =
-        (readout->pose.attitude.flexion_rad - all.first_flexion_rad) / std::max(span_rad, 1e-9);
+    const double now = position_between(all.first_flexion_rad, all.last_flexion_rad);
     const float gap = ImGui::GetStyle().WindowPadding.x, wide = (width - gap) / n - gap;
     const float line_px = ImGui::GetTextLineHeightWithSpacing();
     const float top = ImGui::GetCursorPosY();
@@ -1106,9 +1108,10 @@ RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<
     return curve;
   };
   RotationPlots plots{{}, alone.first_flexion_rad(), alone.last_flexion_rad()};
+  const CurveLine thin = line(store::bones_alone_name, 1.0F);
   for (const std::string& set : sets) {
     plots.of_sets.push_back({line(set, 2.0F)});
-    if (set != store::bones_alone_name) plots.of_sets.back().push_back(line(store::bones_alone_name, 1.0F));
+    if (set != store::bones_alone_name) plots.of_sets.back().push_back(thin);
   }
   return plots;
 }
