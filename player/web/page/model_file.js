@@ -359,17 +359,18 @@ function readBonesAlone(file, model) {
   model.quantiles = [...(model.quantiles ?? []), { name: "bones_alone", state, ...datasets(file, group, coordinates, [n]) }];
 }
 
-/// Of a sample: { follower: { status, columns } over flexion, its six coordinates }.
-function readSampledFollowers(file, n) {
+/// Of the sample at each probability: { follower: { status, columns } over flexion, its six coordinates }.
+function readSampledFollowers(file, n, probabilities) {
   const group = "/uncertainty/followers", names = file.hasGroup(group) ? file.groups(group) : [];
+  if (names.length === 0) return Array.from({ length: probabilities }, () => ({}));
   const all = names.map((name) => {
     const own = `${group}/${name}`, status = file.numbers(`${own}/status`, [null, n], "int8"), size = [status.length / n, n, 3];
     return { name, status, values: ["rotation", "translation"].map((dataset) => file.numbers(`${own}/${dataset}`, size)) };
   });
   const column = (values, sample, k) => Float64Array.from({ length: n }, (_, i) => values[3 * (sample * n + i) + k]);
-  return (sample) => Object.fromEntries(all.map(({ name, status, values }) => [name, {
+  return Array.from(file.numbers("/uncertainty/quantile_sample", [probabilities], "int32"), (sample) => Object.fromEntries(all.map(({ name, status, values }) => [name, {
     status: status.subarray(sample * n, (sample + 1) * n), columns: values.flatMap((table) => [0, 1, 2].map((k) => column(table, sample, k))),
-  }]));
+  }])));
 }
 
 /// The samples of an uncertain job: their motions at five probabilities, and the 5 to 95 % band of the clinical numbers.
@@ -379,9 +380,9 @@ function readUncertainty(file, model) {
   const all = datasets(file, group, coordinates, [probabilities, n]);
   const status = file.numbers(`${group}/quantile_status`, [probabilities, n], "int8");
   const row = (values, k) => values.subarray(k * n, (k + 1) * n);
-  const samples = file.numbers(`${group}/quantile_sample`, [probabilities], "int32"), followers = readSampledFollowers(file, n);
+  const followers = readSampledFollowers(file, n, probabilities);
   model.quantiles = [0, 5, 50, 95, 100].map((percent, k) => ({
-    name: `quantile_${percent}`, state: Array.from(row(status, k), (s) => (s === 0 ? 0 : -1)), ...Object.fromEntries(coordinates.map((name) => [name, row(all[name], k)])), followers: followers(samples[k]),
+    name: `quantile_${percent}`, state: Array.from(row(status, k), (s) => (s === 0 ? 0 : -1)), ...Object.fromEntries(coordinates.map((name) => [name, row(all[name], k)])), followers: followers[k],
   })).filter(({ state }) => state.includes(0));
   const bands = { ...Object.fromEntries(["flexion", "varus", "internal"].map((name, k) => [name, ["rotation_band", k]])), ...Object.fromEntries(["anterior", "proximal", "lateral"].map((name, k) => [name, ["translation_band", k]])) };
   model.bands = Object.fromEntries(Object.entries(bands).map(([name, [dataset, k]]) => {

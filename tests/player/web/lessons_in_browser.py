@@ -214,8 +214,8 @@ class Lessons(unittest.TestCase):
             # A square about the middle, without the texts.
             seen = {}
             for roll in (None, 0, 90, 180):
-                looks = self.only(page) if roll is None else self.only(page, FEMUR)
-                state = self.state(page, view={**front, **({"roll": roll} if roll else {})}, structures=looks)
+                structures = self.only(page) if roll is None else self.only(page, FEMUR)
+                state = self.state(page, view={**front, **({"roll": roll} if roll else {})}, structures=structures)
                 self.assertEqual(abs(state["view"].get("roll", 0)), roll or 0)
                 picture = self.picture(page, f"roll-{roll}")
                 rows, columns = (n // 2 for n in picture.shape[:2])
