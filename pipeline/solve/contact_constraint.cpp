@@ -164,9 +164,8 @@ bool set_rounded(const geometry::GapFeature& feature, const Rotations& rotations
 
 }  // namespace
 
-Rotations::Rotations(const Configuration& configuration, double flexion_rad)
-    : of_reference(reference_rotation({flexion_rad, configuration.varus_rad})),
-      of_moving(rotation_y(configuration.theta_rad))
+Rotations::Rotations(const Attitude& attitude, double theta_rad)
+    : of_reference(reference_rotation(attitude)), of_moving(rotation_y(theta_rad))
 {
 }
 

@@ -84,7 +84,11 @@ struct ContactConstraint {
 
 /// Rotations of both objects at a configuration.
 struct Rotations {
-  Rotations(const Configuration& configuration, double flexion_rad);
+  Rotations(const Attitude& attitude, double theta_rad);
+  Rotations(const Configuration& configuration, double flexion_rad)
+      : Rotations({flexion_rad, configuration.varus_rad}, configuration.theta_rad)
+  {
+  }
   Eigen::Matrix3d of_reference;
   Eigen::Matrix3d of_moving;
 };

@@ -214,11 +214,10 @@ StepStatus CoordinateEquilibrium::Run::find_equilibrium()
 bool CoordinateEquilibrium::Run::add_cuts(const std::vector<ContactConstraint>& found,
                                           std::vector<ContactConstraint>& cuts) const
 {
-  const SolverPosition at = position(current_);
+  const FeatureMeter distance_of = meter(position(current_));
   const std::size_t before = cuts.size();
   for (const ContactConstraint& feature : found) {
-    if (feature_distance(feature, at, state_.scale.pivot_mm).distance_mm >= 0.5 * standoff_mm_)
-      cuts.push_back(feature);
+    if (distance_of(feature).distance_mm >= 0.5 * standoff_mm_) cuts.push_back(feature);
   }
   return cuts.size() > before;
 }
@@ -228,14 +227,11 @@ bool CoordinateEquilibrium::Run::crosses_ridge()
   const std::vector<ContactConstraint> touching = touching_;
   const std::vector<FeatureDistance> distances = distances_;
   const double near_mm = touching_within_tolerances * tolerance_mm_;
-  const SolverPosition at = position(current_);
-  const auto point = [&](const ContactConstraint& c) {
-    return feature_distance(c, at, state_.scale.pivot_mm).point_mm;
-  };
+  const FeatureMeter distance_of = meter(position(current_));
   for (std::size_t a = 0; a < touching.size(); ++a) {
     if (force_n_[a] <= 0.0) continue;
     const auto is_at_point = [&](const ContactConstraint& c) {
-      return (point(c) - distances[a].point_mm).cwiseAbs().maxCoeff() <= near_mm;
+      return (distance_of(c).point_mm - distances[a].point_mm).cwiseAbs().maxCoeff() <= near_mm;
     };
     if (std::count_if(touching.begin(), touching.end(), is_at_point) < 2) continue;
     std::vector<ContactConstraint> features;
@@ -339,14 +335,25 @@ double CoordinateEquilibrium::Run::energy_nmm(const SolverPosition& at, Vector6d
   return energy;
 }
 
-double CoordinateEquilibrium::Run::load_merit_mm(const JointCoordinates& q, double* gradient) const
+const CoordinateEquilibrium::Run::Trial& CoordinateEquilibrium::Run::trial_at(Minimisation& m,
+                                                                              const double* step_mm)
 {
-  const SolverPosition at = position(q);
-  const Work work = work_of(task_.loads, applied(), at);
-  Vector6d away_mm = (q - task_.seed).cwiseQuotient(unit_);
+  Trial& trial = m.trial;
+  if (!trial.step_mm.empty() && std::equal(trial.step_mm.begin(), trial.step_mm.end(), step_mm)) return trial;
+  trial.step_mm.assign(step_mm, step_mm + m.run->n_free());
+  trial.q = m.run->moved_from(*m.from, step_mm);
+  trial.at = m.run->position(trial.q);
+  trial.twists = m.run->state_.map.twists(trial.q, trial.at);
+  return trial;
+}
+
+double CoordinateEquilibrium::Run::load_merit_mm(const Trial& trial, double* gradient) const
+{
+  const Work work = work_of(task_.loads, applied(), trial.at);
+  Vector6d away_mm = (trial.q - task_.seed).cwiseQuotient(unit_);
   away_mm(row_of(JointCoordinate::proximal)) = 0.0;
   if (gradient != nullptr) {
-    Vector6d slope = state_.map.twists(q, at).transpose() * work.wrench / -push_n_;
+    Vector6d slope = trial.twists.transpose() * work.wrench / -push_n_;
     slope += proximal_share_per_mm * away_mm.cwiseQuotient(unit_);
     pick_free(slope, gradient);
   }
@@ -355,8 +362,9 @@ double CoordinateEquilibrium::Run::load_merit_mm(const JointCoordinates& q, doub
 
 double CoordinateEquilibrium::Run::merit_mm(const JointCoordinates& q) const
 {
+  const Trial here{{}, q, position(q), {}};
   Vector6d wrench;
-  return load_merit_mm(q, nullptr) + fibre_energy_nmm(position(q), wrench) / push_n_;
+  return load_merit_mm(here, nullptr) + fibre_energy_nmm(here.at, wrench) / push_n_;
 }
 
 CoordinateEquilibrium::Run::FibreExpansion CoordinateEquilibrium::Run::fibre_expansion(
@@ -389,9 +397,9 @@ CoordinateEquilibrium::Run::FibreExpansion CoordinateEquilibrium::Run::fibre_exp
 
 double CoordinateEquilibrium::Run::objective(unsigned n, const double* z, double* gradient, void* data)
 {
-  const auto& m = *static_cast<Minimisation*>(data);
+  auto& m = *static_cast<Minimisation*>(data);
   if (!m.has_slack) {
-    const double loads_mm = m.run->load_merit_mm(m.run->moved_from(*m.from, z), gradient);
+    const double loads_mm = m.run->load_merit_mm(trial_at(m, z), gradient);
     if (!m.fibres.is_used) return loads_mm;
     Vector6d step = Vector6d::Zero();
     std::copy(z, z + n, step.data());
@@ -409,17 +417,16 @@ double CoordinateEquilibrium::Run::objective(unsigned n, const double* z, double
 void CoordinateEquilibrium::Run::constraints(unsigned m_rows, double* result, unsigned n, const double* z,
                                              double* gradient, void* data)
 {
-  const auto& m = *static_cast<Minimisation*>(data);
-  const JointCoordinates q = m.run->moved_from(*m.from, z);
-  const SolverPosition at = m.run->position(q);
-  const Matrix6d twists = m.run->state_.map.twists(q, at);
+  auto& m = *static_cast<Minimisation*>(data);
+  const Trial& trial = trial_at(m, z);
+  const FeatureMeter distance_of = m.run->meter(trial.at);
   for (unsigned i = 0; i < m_rows; ++i) {
-    const FeatureDistance d = feature_distance((*m.features)[i], at, m.run->state_.scale.pivot_mm);
+    const FeatureDistance d = distance_of((*m.features)[i]);
     result[i] = m.run->standoff_mm_ - std::min(d.distance_mm, 1e3);
     if (m.has_slack) result[i] -= z[n - 1];
     if (gradient == nullptr) continue;
     double* row = gradient + static_cast<std::size_t>(i) * n;
-    m.run->pick_free(-(twists.transpose() * d.wrench), row);
+    m.run->pick_free(-(trial.twists.transpose() * d.wrench), row);
     if (m.has_slack) row[n - 1] = -1.0;
   }
 }
@@ -466,10 +473,10 @@ CoordinateEquilibrium::Run::Plan CoordinateEquilibrium::Run::minimise(
 double CoordinateEquilibrium::Run::worst_violation_mm(const JointCoordinates& q,
                                                       const std::vector<ContactConstraint>& features) const
 {
-  const SolverPosition at = position(q);
+  const FeatureMeter distance_of = meter(position(q));
   double worst = 0.0;
   for (const ContactConstraint& feature : features)
-    worst = std::max(worst, standoff_mm_ - feature_distance(feature, at, state_.scale.pivot_mm).distance_mm);
+    worst = std::max(worst, standoff_mm_ - distance_of(feature).distance_mm);
   return worst;
 }
 
@@ -479,9 +486,9 @@ using namespace coordinate_rules;
 
 void CoordinateEquilibrium::Run::add_touching(const std::vector<ContactConstraint>& features)
 {
-  const SolverPosition at = position(current_);
+  const FeatureMeter distance_of = meter(position(current_));
   for (const ContactConstraint& feature : features) {
-    const FeatureDistance d = feature_distance(feature, at, state_.scale.pivot_mm);
+    const FeatureDistance d = distance_of(feature);
     if (d.distance_mm < -overlap_rounding_mm || d.distance_mm > touching_within_tolerances * tolerance_mm_)
       continue;
     touching_.push_back(feature);

@@ -124,15 +124,28 @@ class CoordinateEquilibrium::Run {
     Vector6d gradient = Vector6d::Zero();
     Matrix6d hessian = Matrix6d::Zero();
   };
+  // A trial of a plan and what NLopt asks for there, several times.
+  struct Trial {
+    std::vector<double> step_mm;
+    JointCoordinates q;
+    SolverPosition at;
+    Matrix6d twists;
+  };
   struct Minimisation {
     Run* run = nullptr;
     const JointCoordinates* from = nullptr;
     const std::vector<ContactConstraint>* features = nullptr;
     bool has_slack = false;  // minimises the largest violation instead of the energy
     FibreExpansion fibres = {};
+    Trial trial = {};
   };
 
   SolverPosition position(const JointCoordinates& q) const { return state_.map.position_at(q); }
+
+  FeatureMeter meter(const SolverPosition& at) const { return {at, state_.scale.pivot_mm}; }
+
+  // At the step of a plan; evaluated unless it is that of the call before.
+  static const Trial& trial_at(Minimisation& m, const double* step_mm);
 
   std::size_t n_free() const;
 
@@ -148,7 +161,7 @@ class CoordinateEquilibrium::Run {
 
   // Work of the loads and the term that selects the point nearest the seed of a continuum, over the push;
   // derivatives over the free coordinates, per mm.
-  double load_merit_mm(const JointCoordinates& q, double* gradient) const;
+  double load_merit_mm(const Trial& trial, double* gradient) const;
 
   double merit_mm(const JointCoordinates& q) const;
 

@@ -414,14 +414,12 @@ constexpr double parallel_edges = 1e-6;  // sine of their angle
 
 }  // namespace
 
-FeatureDistance feature_distance(const ContactConstraint& constraint, const SolverPosition& at,
-                                 const Eigen::Vector3d& pivot_mm)
+FeatureDistance FeatureMeter::operator()(const ContactConstraint& constraint) const
 {
-  const Eigen::Matrix3d R_reference = reference_rotation(at.attitude),
-                        R_moving = rotation_y(at.pose.theta_rad);
+  const Eigen::Matrix3d &R_reference = rotations_.of_reference, &R_moving = rotations_.of_moving;
   const Eigen::Vector3d reference_mm = R_reference * constraint.reference_mm;
   const Eigen::Vector3d moving_mm =
-      at.pose.translation_mm + R_moving * Eigen::Vector3d(pivot_mm + constraint.moving_mm);
+      at_.pose.translation_mm + R_moving * Eigen::Vector3d(pivot_mm_ + constraint.moving_mm);
   const Eigen::Vector3d apart_mm = moving_mm - reference_mm;
   FeatureDistance out;
   if (constraint.offset_mm > 0.0) {
@@ -432,7 +430,7 @@ FeatureDistance feature_distance(const ContactConstraint& constraint, const Solv
     out.distance_mm = near.mm;
     if (!std::isfinite(near.mm)) return out;
     out.normal = near.normal;
-    out.wrench = wrench_of(near.normal, near.moving_mm, at);
+    out.wrench = wrench_of(near.normal, near.moving_mm, at_);
     out.point_mm = near.reference_mm + constraint.reference_offset_mm * near.normal;
     return out;
   }
@@ -440,11 +438,11 @@ FeatureDistance feature_distance(const ContactConstraint& constraint, const Solv
   switch (constraint.kind) {
     case ContactConstraint::Kind::face_of_reference:
       out.normal = R_reference * constraint.reference_direction;
-      out.wrench = wrench_of(out.normal, moving_mm, at);
+      out.wrench = wrench_of(out.normal, moving_mm, at_);
       break;
     case ContactConstraint::Kind::face_of_moving:
       out.normal = R_moving * constraint.moving_direction;
-      out.wrench = wrench_of(out.normal, reference_mm, at);
+      out.wrench = wrench_of(out.normal, reference_mm, at_);
       break;
     default: {
       const Eigen::Vector3d u = R_reference * constraint.reference_direction,
@@ -457,7 +455,7 @@ FeatureDistance feature_distance(const ContactConstraint& constraint, const Solv
         return out;
       }
       out.normal = across / length;
-      out.wrench = wrench_of(out.normal, moving_mm, at);
+      out.wrench = wrench_of(out.normal, moving_mm, at_);
       // The normal turns with the moving edge: d(u x v) = u x (omega x v).
       const Eigen::Vector3d side_mm = apart_mm - out.normal.dot(apart_mm) * out.normal;
       const Eigen::Vector3d signed_u = u.cross(v).y() > 0.0 ? Eigen::Vector3d(-u) : u;

@@ -185,9 +185,21 @@ struct FeatureDistance {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< on the reference, S
 };
 
-/// `pivot_mm` is RotationScale::pivot_mm, to which the constraint's moving point refers. Faces and edges are
-/// extended without limit, as in clearance(). Infinite with a zero wrench for parallel edges.
-FeatureDistance feature_distance(const ContactConstraint& constraint, const SolverPosition& at,
-                                 const Eigen::Vector3d& pivot_mm);
+/// Distances of constraints at one position. `pivot_mm` is RotationScale::pivot_mm, to which a constraint's
+/// moving point refers. Faces and edges are extended without limit, as in clearance(). Infinite with a zero
+/// wrench for parallel edges.
+class FeatureMeter {
+ public:
+  FeatureMeter(const SolverPosition& at, const Eigen::Vector3d& pivot_mm)
+      : at_(at), rotations_(at.attitude, at.pose.theta_rad), pivot_mm_(pivot_mm)
+  {
+  }
+  FeatureDistance operator()(const ContactConstraint& constraint) const;
+
+ private:
+  SolverPosition at_;
+  Rotations rotations_;
+  Eigen::Vector3d pivot_mm_;
+};
 
 }  // namespace vrda::solve

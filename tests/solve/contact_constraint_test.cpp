@@ -125,7 +125,7 @@ TEST(ContactConstraint, ADistanceIsZeroAtTheEndOfTheTravel)
       const solve::Configuration touching = displaced(configuration, along_y, f.travel_mm);
       const solve::SolverPosition at{{scene.flexion_rad, touching.varus_rad},
                                      solve::pose_at(touching, scene.scale)};
-      const solve::FeatureDistance d = solve::feature_distance(constraint, at, scene.scale.pivot_mm);
+      const solve::FeatureDistance d = solve::FeatureMeter(at, scene.scale.pivot_mm)(constraint);
       EXPECT_NEAR(d.distance_mm, 0.0, 1e-9);
       EXPECT_LT((d.normal - f.normal).norm(), 1e-9);
       const solve::Clearance c = clearance_at(scene, constraint, touching);

@@ -145,15 +145,15 @@ TEST(FeatureDistance, MatchesDifferences)
       c.moving_direction = vector(1).normalized();
       const JointCoordinates q = at(30, 5, 10, 2, -20, 3);
       const solve::SolverPosition here = map.position_at(q);
-      const solve::FeatureDistance d = solve::feature_distance(c, here, pivot);
+      const solve::FeatureDistance d = solve::FeatureMeter(here, pivot)(c);
       const solve::Vector6d slope = map.twists(q, here).transpose() * d.wrench;
       for (Eigen::Index k = 0; k < 6; ++k) {
         constexpr double h = 1e-6;
         JointCoordinates up = q, down = q;
         up(k) += h;
         down(k) -= h;
-        const double by_difference = (solve::feature_distance(c, map.position_at(up), pivot).distance_mm -
-                                      solve::feature_distance(c, map.position_at(down), pivot).distance_mm) /
+        const double by_difference = (solve::FeatureMeter(map.position_at(up), pivot)(c).distance_mm -
+                                      solve::FeatureMeter(map.position_at(down), pivot)(c).distance_mm) /
                                      (2.0 * h);
         // Rounding of 1e-14 x 40 mm / 1e-6, more where the edges are nearly parallel.
         EXPECT_NEAR(by_difference, slope(k), 1e-5 * (1.0 + slope.norm()))
