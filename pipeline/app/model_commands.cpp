@@ -332,6 +332,7 @@ void print_followers(const Json& s)
   for (const Json& follower : s["followers"]) {
     print_filled("{name} follows: {stable} of {attitudes} attitudes solved", follower);
     std::printf("%s\n", follower["has_reaction"].get<bool>() ? ", with its reaction on the joint" : "");
+    if (follower["stable"] == 0) continue;  // no ranges
     for (const char* name :
          {"flexion_deg", "rotation_deg", "tilt_deg", "anterior_mm", "proximal_mm", "lateral_mm"}) {
       const std::string key = name;
@@ -514,8 +515,10 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   if (verdict) {
     for (const std::string& line : store::lines_of(*verdict)) std::printf("%s\n", line.c_str());
   }
-  for (const auto& [name, curve] : s["curves"].items())
-    print_filled("{title}, {label}: {min%.4g} to {max%.4g} {unit} along the spine\n", curve);
+  for (const auto& [name, curve] : s["curves"].items()) {
+    if (std::isfinite(curve["min"].get<double>()))
+      print_filled("{title}, {label}: {min%.4g} to {max%.4g} {unit} along the spine\n", curve);
+  }
   for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());
   print_filled(
       "measured again at every stable attitude: largest penetration {largest_penetration_mm%.4g} mm "
