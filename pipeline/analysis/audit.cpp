@@ -162,12 +162,12 @@ store::FollowerAudit follower_audit(const store::MotionModel& model, const store
 }  // namespace
 
 store::AuditSet audit_joint(const store::MotionModel& model, const std::string& set, int refine,
-                            int n_threads, OverlapTest at_grid)
+                            const Measuring& with, OverlapTest at_grid)
 {
   check(refine >= 1, "an audit divides a cell into at least one part");
   const store::Motion motion(model, set);
   store::AuditSet out = unmeasured(model, motion, set, refine);
-  for_each_delta(model, deltas_of(motion, out), n_threads, [&](std::size_t row, PoseMeter& meter) {
+  for_each_delta(model, deltas_of(motion, out), with, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
@@ -182,14 +182,14 @@ store::AuditSet audit_joint(const store::MotionModel& model, const std::string& 
   return out;
 }
 
-store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
-                      OverlapTest at_grid)
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine,
+                      const Measuring& with, OverlapTest at_grid)
 {
-  store::AuditSet out = audit_joint(model, set, refine, n_threads, at_grid);
+  store::AuditSet out = audit_joint(model, set, refine, with, at_grid);
   if (model.followers.empty()) return out;
   const store::Motion motion(model, set);
   for (const store::FollowerRows& rows : model.followers)
-    out.followers.push_back(follower_audit(model, motion, out, rows, n_threads, at_grid));
+    out.followers.push_back(follower_audit(model, motion, out, rows, with.n_threads, at_grid));
   return out;
 }
 
@@ -269,14 +269,14 @@ FrameTravel frame_travel(const store::MotionModel& model)
   return travel;
 }
 
-store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads)
+store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, const Measuring& with)
 {
   store::SmoothedSet bare = set;
   bare.recontact_mm.reset();
   const store::Motion motion(model, bare);
   store::GridD travel_mm(static_cast<Eigen::Index>(model.flexion_deg.size()),
                          static_cast<Eigen::Index>(model.varus_deg.size()));
-  for_each_row(model, motion, model.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+  for_each_row(model, motion, model.flexion_deg, with, [&](std::size_t row, PoseMeter& meter) {
     for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
       const store::JointPose pose = motion.at(
           {rad_from_deg(model.flexion_deg[row]), rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])});
@@ -287,9 +287,9 @@ store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet
   return travel_mm;
 }
 
-void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, int n_threads)
+void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, const Measuring& with)
 {
-  set.recontact_mm = recontact(model, set, n_threads);
+  set.recontact_mm = recontact(model, set, with);
   if (set.followers.empty()) return;
   for (store::SmoothedFollower& follower : set.followers) follower.recontact_mm.reset();
   const store::Motion motion(model, set);
@@ -298,7 +298,7 @@ void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, int
                                    [&](const auto& other) { return other.name == follower.name; });
     check(rows != model.followers.end(), "a smoothed follower is one of the model");
     store::GridD travel_mm = store::GridD::Constant(set.recontact_mm->rows(), set.recontact_mm->cols(), nan);
-    for_each_follower_row(model, *rows, model.flexion_deg.size(), n_threads,
+    for_each_follower_row(model, *rows, model.flexion_deg.size(), with.n_threads,
                           [&](std::size_t row, FollowerMeter& meter) {
                             for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
                               const store::JointPose pose =
@@ -568,26 +568,35 @@ double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-namespace {
-
-std::shared_ptr<const AuditScene> scene_along(const store::MotionModel& model, const Eigen::Vector3d& delta)
+std::shared_ptr<const AuditScene> AuditScenes::made(const Eigen::Vector3d& delta) const
 {
-  const Side side = side_named(model.side);
-  return std::make_shared<const AuditScene>(
-      make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
-                       {side, model.rotation_centre_mm, delta}, model.compartment_of_triangle));
+  return std::make_shared<const AuditScene>(make_audit_scene(
+      model_.reference.contact.mesh, model_.moving.contact.mesh,
+      {side_named(model_.side), model_.rotation_centre_mm, delta}, model_.compartment_of_triangle));
 }
+
+std::shared_ptr<const AuditScene> AuditScenes::along(const Eigen::Vector3d& delta)
+{
+  {
+    const std::lock_guard lock(mutex_);
+    if (!first_) first_ = made(delta);
+    if (first_->frame.delta == delta) return first_;
+  }
+  return made(delta);
+}
+
+namespace {
 
 /// The meter of a thread, replaced when Delta changes.
 class CachedMeter {
  public:
-  CachedMeter(const store::MotionModel& model, std::shared_ptr<const AuditScene> scene) : model_(model)
+  CachedMeter(AuditScenes& scenes, const Eigen::Vector3d& first) : scenes_(scenes)
   {
-    use(std::move(scene));
+    use(scenes_.along(first));
   }
   PoseMeter& along(const Eigen::Vector3d& delta)
   {
-    if (scene_->frame.delta != delta) use(scene_along(model_, delta));
+    if (scene_->frame.delta != delta) use(scenes_.along(delta));
     return *meter_;
   }
 
@@ -599,7 +608,7 @@ class CachedMeter {
     meter_ = std::make_unique<PoseMeter>(*scene_);
   }
 
-  const store::MotionModel& model_;
+  AuditScenes& scenes_;
   std::shared_ptr<const AuditScene> scene_;
   std::unique_ptr<PoseMeter> meter_;
 };
@@ -618,20 +627,21 @@ std::vector<double> refined(const std::vector<double>& axis_deg, int refine)
 }
 
 void for_each_row(const store::MotionModel& model, const store::Motion& motion,
-                  const std::vector<double>& flexion_deg, int n_threads,
+                  const std::vector<double>& flexion_deg, const Measuring& with,
                   const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
   std::vector<Eigen::Vector3d> deltas;
   for (const double angle_deg : flexion_deg) deltas.push_back(motion.delta(rad_from_deg(angle_deg)));
-  for_each_delta(model, deltas, n_threads, measure);
+  for_each_delta(model, deltas, with, measure);
 }
 
 void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
-                    int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure)
+                    const Measuring& with, const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
-  const std::shared_ptr<const AuditScene> first = scene_along(model, deltas.front());
-  for_each_index(deltas.size(), n_threads, [&] {
-    return [&, meters = CachedMeter(model, first)](std::size_t row) mutable {
+  AuditScenes own(model);
+  AuditScenes& scenes = with.scenes != nullptr ? *with.scenes : own;
+  for_each_index(deltas.size(), with.n_threads, [&] {
+    return [&, meters = CachedMeter(scenes, deltas.front())](std::size_t row) mutable {
       measure(row, meters.along(deltas[row]));
     };
   });

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +31,31 @@ enum class OverlapTest {
   sweep,  ///< also the directional gap, if it finds no contact on the way from far below; ten times as fast
 };
 
+struct AuditScene;
+
+/// Scenes of one joint, shared by its audits: models with other motions have the same bodies. Thread-safe.
+class AuditScenes {
+ public:
+  /// `model` must outlive it.
+  explicit AuditScenes(const store::MotionModel& model) : model_(model) {}
+  /// `delta` in world W. That of the first call is kept.
+  std::shared_ptr<const AuditScene> along(const Eigen::Vector3d& delta);
+
+ private:
+  std::shared_ptr<const AuditScene> made(const Eigen::Vector3d& delta) const;
+
+  const store::MotionModel& model_;
+  std::mutex mutex_;
+  std::shared_ptr<const AuditScene> first_;
+};
+
+/// Threads, and the scenes of the joint if other audits share them.
+struct Measuring {
+  Measuring(int threads, AuditScenes* shared = nullptr) : n_threads(threads), scenes(shared) {}
+  int n_threads;
+  AuditScenes* scenes;
+};
+
 /// Measures the motion `set` (one of set_names of store/motion.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
 /// "zero_varus" only along flexion.
@@ -37,11 +64,11 @@ enum class OverlapTest {
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes `at_grid` tests every pose, between them the sweep if possible: both find the same
 /// states, and gaps that differ by rounding. Same bits for any number of threads.
-store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
-                      OverlapTest at_grid = OverlapTest::narrow_phase);
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine,
+                      const Measuring& with, OverlapTest at_grid = OverlapTest::narrow_phase);
 /// The same without the followers.
 store::AuditSet audit_joint(const store::MotionModel& model, const std::string& set, int refine,
-                            int n_threads, OverlapTest at_grid);
+                            const Measuring& with, OverlapTest at_grid);
 
 /// An extreme value of an audit and its attitude.
 struct AuditExtreme {
@@ -81,10 +108,10 @@ FrameTravel frame_travel(const store::MotionModel& model);
 /// advances to the next contact. An overlapping pose retreats by 0.1, 0.2, 0.4 mm ... until free and advances
 /// from there. Stops contact_margin_mm before contact, so that nothing overlaps. NaN without a contact ahead.
 /// Same bits for any number of threads. `set` need not belong to the model; its recontact_mm is ignored.
-store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads);
+store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, const Measuring& with);
 
 /// Sets recontact_mm of the set and of its followers; each of these along its own Delta.
-void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, int n_threads);
+void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, const Measuring& with);
 
 // Gap and penetration at one pose from meshes and poses only, independent of the solver's state.
 
@@ -203,15 +230,14 @@ inline constexpr double contact_margin_mm = 1e-7;
 /// `axis_deg` with each step divided into `refine` parts; its own values stay bitwise equal.
 std::vector<double> refined(const std::vector<double>& axis_deg, int refine);
 
-/// Calls `measure(row, meter)` once for every row of `deltas` (world W), from `n_threads` threads, with a
-/// meter for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
-void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
-                    int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure);
-
-/// Calls `measure(row, meter)` once for every row of `flexion_deg`, from `n_threads` threads, with a meter
+/// Calls `measure(row, meter)` once for every row of `deltas` (world W), from several threads, with a meter
 /// for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
+void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
+                    const Measuring& with, const std::function<void(std::size_t, PoseMeter&)>& measure);
+
+/// The same for every row of `flexion_deg`, with the motion's Delta there.
 void for_each_row(const store::MotionModel& model, const store::Motion& motion,
-                  const std::vector<double>& flexion_deg, int n_threads,
+                  const std::vector<double>& flexion_deg, const Measuring& with,
                   const std::function<void(std::size_t, PoseMeter&)>& measure);
 
 // Independent check of the solved poses of a motion model.

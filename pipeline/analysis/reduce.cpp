@@ -457,11 +457,11 @@ SmoothInput raw_course(const store::MotionModel& model)
 
 /// [n_flexion] medial less lateral gap where the raw equilibrium lifts a side off, else 0.
 std::vector<double> lift_off_mm(const store::MotionModel& model, const store::Motion& motion,
-                                const SmoothInput& course, int n_threads)
+                                const SmoothInput& course, const Measuring& with)
 {
   std::vector<double> difference_mm(course.flexion_deg.size(), 0.0);
   if (!model.equilibrium) return difference_mm;
-  for_each_row(model, motion, course.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+  for_each_row(model, motion, course.flexion_deg, with, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
     if (course.status(i, 0) != status_stable) return;
     const Attitude attitude{rad_from_deg(course.flexion_deg[row]),
@@ -523,7 +523,7 @@ int steps_per_interval(const std::vector<double>& flexion_deg, double spacing_de
 }  // namespace
 
 std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
-                                         int n_threads)
+                                         const Measuring& with)
 {
   if (!model.has_compartments || model.frames) return std::nullopt;
   const SmoothInput course = raw_course(model);
@@ -532,7 +532,7 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
   const store::SmoothedSurfaces smooth_course =
       store::smoothed_surfaces(model, smooth(course, degree, {options.is_robust}));
   const store::Motion motion(model, "raw");
-  const std::vector<double> difference_mm = lift_off_mm(model, motion, course, n_threads);
+  const std::vector<double> difference_mm = lift_off_mm(model, motion, course, with);
 
   std::vector<std::size_t> posed;
   for (std::size_t i = 0; i < course.flexion_deg.size(); ++i)
@@ -541,7 +541,7 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
 
   store::TwoSided result = without_poses(
       refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)), degree);
-  for_each_row(model, motion, result.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+  for_each_row(model, motion, result.flexion_deg, with, [&](std::size_t row, PoseMeter& meter) {
     const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);
     if (flexion_deg < first_deg || flexion_deg > last_deg) return;
     const store::PoseAndVarus smooth_pose = store::evaluate(smooth_course, {flexion_rad, 0.0});

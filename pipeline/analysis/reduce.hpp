@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/audit.hpp"
 #include "model/mesh.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
@@ -89,6 +90,6 @@ struct TwoSidedOptions {
 /// Empty for a sequence of frames, if the joint has no compartments or the raw course has no pose. Bitwise
 /// equal for any number of threads.
 std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const TwoSidedOptions& options,
-                                         int n_threads);
+                                         const Measuring& with);
 
 }  // namespace vrda::analysis

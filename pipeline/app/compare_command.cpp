@@ -279,31 +279,31 @@ int degree_of(const std::string& word, const std::string& text)
   return degree;
 }
 
-analysis::CompareOptions compare_options(const CompareCommandOptions& options)
+analysis::CompareOptions compare_options(const CompareCommandOptions& options, std::vector<int> degrees,
+                                         const analysis::Measuring& with)
 {
-  const int n_threads = run::thread_count_or_all(options.n_threads);
   const std::function<void()>& hook = options.before_measuring;
   analysis::CompareOptions compare;
   compare.name = options.file;
-  compare.degrees = parse_degrees(options.degrees);
+  compare.degrees = std::move(degrees);
   compare.smooth.is_robust = options.is_robust;
   if (options.is_recontacted) {
-    compare.recontact = [n_threads, hook](const store::MotionModel& model, store::SmoothedSet& set) {
+    compare.recontact = [with, hook](const store::MotionModel& model, store::SmoothedSet& set) {
       if (hook) hook();
-      analysis::add_recontact(model, set, n_threads);
+      analysis::add_recontact(model, set, with);
     };
   }
   if (options.refine > 0) {
-    compare.contact = [measure = run::contact_measure(n_threads), hook](const store::MotionModel& model,
-                                                                        const store::SmoothedSet& set) {
+    compare.contact = [measure = run::contact_measure(with), hook](const store::MotionModel& model,
+                                                                   const store::SmoothedSet& set) {
       if (hook) hook();
       return measure(model, set);
     };
-    compare.audit = [n_threads, hook, refine = options.refine](const store::MotionModel& model,
-                                                               const std::string& set) {
+    compare.audit = [with, hook, refine = options.refine](const store::MotionModel& model,
+                                                          const std::string& set) {
       if (hook) hook();
       core::log_info("measuring " + set);
-      return analysis::audit(model, set, refine, n_threads, analysis::OverlapTest::sweep);
+      return analysis::audit(model, set, refine, with, analysis::OverlapTest::sweep);
     };
   }
   return compare;
@@ -342,10 +342,13 @@ std::vector<int> parse_degrees(const std::string& text)
 
 analysis::Comparison compare_degrees(const CompareCommandOptions& options)
 {
-  const analysis::CompareOptions compare_with = compare_options(options);
+  std::vector<int> degrees = parse_degrees(options.degrees);
   const store::MotionModel model = run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda compare");
-  analysis::Comparison comparison = analysis::compare(model, compare_with);
+  analysis::AuditScenes scenes(model);
+  analysis::Comparison comparison = analysis::compare(
+      model,
+      compare_options(options, std::move(degrees), {run::thread_count_or_all(options.n_threads), &scenes}));
   report_skipped_degrees(options.file, comparison);
   return comparison;
 }

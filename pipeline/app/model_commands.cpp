@@ -260,17 +260,20 @@ using TwoSidedByMotion = std::vector<std::pair<std::string, store::TwoSidedFigur
 
 // The gap alone finds most poses free, in a tenth of the time of `vrda audit`. Of the joint: followers are
 // not printed.
-store::AuditSet measured_again(const store::MotionModel& model, const std::string& set)
+store::AuditSet measured_again(const store::MotionModel& model, const std::string& set,
+                               analysis::AuditScenes& scenes)
 {
-  return analysis::audit_joint(model, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
+  return analysis::audit_joint(model, set, 1, {run::thread_count_or_all(0), &scenes},
+                               analysis::OverlapTest::sweep);
 }
 
 // Raw and two-sided motion measured again, the others as audited.
-TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const analysis::AuditFigures& raw)
+TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const analysis::AuditFigures& raw,
+                                     analysis::AuditScenes& scenes)
 {
   TwoSidedByMotion motions{{"raw", raw.two_sided}};
   if (model.two_sided)
-    motions.emplace_back("two_sided", store::two_sided_figures(measured_again(model, "two_sided")));
+    motions.emplace_back("two_sided", store::two_sided_figures(measured_again(model, "two_sided", scenes)));
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name != "raw" && audit.name != "two_sided")
       motions.emplace_back(audit.name, store::two_sided_figures(audit));
@@ -542,8 +545,9 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 core::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  const analysis::AuditFigures measured = analysis::figures_of(measured_again(model, "raw"));
-  const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
+  analysis::AuditScenes scenes(model);
+  const analysis::AuditFigures measured = analysis::figures_of(measured_again(model, "raw", scenes));
+  const TwoSidedByMotion motions = two_sided_by_motion(model, measured, scenes);
   const auto verdict = store::verdict_of(model, store::default_motion(model).set);
   const Json summary = summary_of(model, measured, motions, verdict);
   if (options.as_json) return print_json(summary);

@@ -154,18 +154,19 @@ namespace {
 #endif
 
 // The gap alone finds most poses free, in a tenth of the time of `vrda audit`.
-store::AuditSet quick_audit(const store::MotionModel& model, const std::string& set)
+store::AuditSet quick_audit(const store::MotionModel& model, const std::string& set,
+                            const analysis::Measuring& with)
 {
-  return analysis::audit(model, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
+  return analysis::audit(model, set, 1, with, analysis::OverlapTest::sweep);
 }
 
 // The audit of the raw motion at the grid's attitudes: from the file, otherwise measured now.
-store::AuditSet raw_audit(const store::MotionModel& model)
+store::AuditSet raw_audit(const store::MotionModel& model, const analysis::Measuring& with)
 {
   for (const store::AuditSet& stored : model.audits) {
     if (stored.name == "raw" && stored.refine == 1) return stored;
   }
-  return quick_audit(model, "raw");
+  return quick_audit(model, "raw", with);
 }
 
 report::RawExtremes raw_extremes(const store::AuditSet& raw)
@@ -178,29 +179,30 @@ report::RawExtremes raw_extremes(const store::AuditSet& raw)
 
 // Empty if the solved cells cannot determine even degree 1.
 std::optional<analysis::Comparison> comparison_of(const store::MotionModel& model,
-                                                  const ReportOptions& options)
+                                                  const ReportOptions& options,
+                                                  const analysis::Measuring& with)
 {
   if (model.frames) return std::nullopt;
   if (analysis::largest_degree(analysis::smooth_input(model, options.files.front())) < 1) return std::nullopt;
   analysis::CompareOptions compare_with;
   compare_with.name = options.files.front();
   if (!options.is_quick) {
-    compare_with.contact = run::contact_measure(run::thread_count_or_all(0));
+    compare_with.contact = run::contact_measure(with);
     // The page has no faults of followers.
-    compare_with.audit = [](const store::MotionModel& fitted, const std::string& set) {
-      return analysis::audit_joint(fitted, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
+    compare_with.audit = [&with](const store::MotionModel& fitted, const std::string& set) {
+      return analysis::audit_joint(fitted, set, 1, with, analysis::OverlapTest::sweep);
     };
   }
   return analysis::compare(model, compare_with);
 }
 
 // Adds the audits that are missing from the file, of which `raw` is measured already.
-void add_audits(store::MotionModel& model, const store::AuditSet& raw)
+void add_audits(store::MotionModel& model, const store::AuditSet& raw, const analysis::Measuring& with)
 {
   for (const std::string& set : store::set_names(model)) {
     const bool is_there = std::any_of(model.audits.begin(), model.audits.end(),
                                       [&](const store::AuditSet& a) { return a.name == set; });
-    if (!is_there) model.audits.push_back(set == raw.name ? raw : quick_audit(model, set));
+    if (!is_there) model.audits.push_back(set == raw.name ? raw : quick_audit(model, set, with));
   }
 }
 
@@ -252,16 +254,22 @@ report::Report gathered(const ReportOptions& options)
   require_alone(report, options);
   for (const std::string& file : options.against) report.against.push_back(report::read_curve_file(file));
   const std::string player = find_player(options.player);
-  store::AuditSet raw;
-  for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(raw = raw_audit(entry.model));
-  if (report.models.size() == 1) {
+  const int n_threads = run::thread_count_or_all(0);
+  if (report.models.size() > 1) {
+    for (report::ReportModel& entry : report.models)
+      entry.raw = raw_extremes(raw_audit(entry.model, n_threads));
+  } else {
     report::ReportModel& only = report.models.front();
+    analysis::AuditScenes scenes(only.model);
+    const analysis::Measuring with(n_threads, &scenes);
+    const store::AuditSet raw = raw_audit(only.model, with);
+    only.raw = raw_extremes(raw);
     // The player draws meanwhile.
     std::future<report::RenderedImages> images = std::async(
         std::launch::async, [&] { return render_images(player, options.files.front(), only.model); });
-    only.comparison = comparison_of(only.model, options);
-    if (!options.is_quick) add_audits(only.model, raw);
-    only.flexion_curves = analysis::spine_curves(only.model, run::thread_count_or_all(0));
+    only.comparison = comparison_of(only.model, options, with);
+    if (!options.is_quick) add_audits(only.model, raw, with);
+    only.flexion_curves = analysis::spine_curves(only.model, n_threads);
     only.images = images.get();
     if (!only.images.note.empty()) core::log_warning(only.images.note);
   }

@@ -336,14 +336,15 @@ analysis::ContactFigures two_sided_figures(const std::optional<store::TwoSided>&
   return figures;
 }
 
-analysis::ContactFigures recontacted_figures(store::MotionModel model, store::SmoothedSet set, int n_threads)
+analysis::ContactFigures recontacted_figures(store::MotionModel model, store::SmoothedSet set,
+                                             const analysis::Measuring& with)
 {
   constexpr int refine = 2;
-  if (!set.recontact_mm) set.recontact_mm = analysis::recontact(model, set, n_threads);
+  if (!set.recontact_mm) set.recontact_mm = analysis::recontact(model, set, with);
   model.smoothed = {set};
   const std::string name = "degree_" + std::to_string(set.degree) + "_recontacted";
   const analysis::MotionAuditTotals totals =
-      analysis::motion_audit_totals(model, analysis::audit(model, name, refine, n_threads));
+      analysis::motion_audit_totals(model, analysis::audit(model, name, refine, with));
   analysis::ContactFigures figures;
   for (const analysis::AuditTotals& part : {totals.at_grid, totals.between}) {
     figures.n_poses += part.n_attitudes - part.n_nothing_ahead;
@@ -380,11 +381,11 @@ analysis::CompareOptions criteria_of(const store::MotionModel& model, bool is_ro
 
 }  // namespace
 
-analysis::MeasureContact contact_measure(int n_threads)
+analysis::MeasureContact contact_measure(const analysis::Measuring& with)
 {
-  return [n_threads](const store::MotionModel& model, const store::SmoothedSet& set) {
-    if (!model.has_compartments) return recontacted_figures(model, set, n_threads);
-    return two_sided_figures(analysis::two_sided(model, {set.degree, set.is_robust}, n_threads));
+  return [with](const store::MotionModel& model, const store::SmoothedSet& set) {
+    if (!model.has_compartments) return recontacted_figures(model, set, with);
+    return two_sided_figures(analysis::two_sided(model, {set.degree, set.is_robust}, with));
   };
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
 #include "core/console.hpp"
 #include "job/case.hpp"
@@ -74,7 +75,7 @@ core::ExitCode write_result(const job::Case& job_case, const store::MotionModel&
 
 /// Measures the motion of a degree in contact: two-sided with compartments, else after recontact along Delta,
 /// at and halfway between the attitudes of the grid.
-analysis::MeasureContact contact_measure(int n_threads);
+analysis::MeasureContact contact_measure(const analysis::Measuring& with);
 
 /// The first of store::set_names(model) if that is not smoothed, or if its degree has no fault in a
 /// comparison of the model's degrees (of its smoothed sets and of its two-sided motion); otherwise "raw" with
