@@ -30,15 +30,6 @@ std::size_t row_of_name(const std::array<const char*, n>& names, const std::stri
   return 0;
 }
 
-BodyIndex body_of_attachment(const job::Job& job, std::size_t number)
-{
-  const job::FitParameterJob& parameter = job.fit->parameters[number];
-  const job::BodyNames names = job::names_before(job, job.followers.size());
-  if (const std::optional<BodyIndex> found = job::body_named(parameter.body, names)) return *found;
-  job.document.refuse("fit.parameter." + std::to_string(number) + ".body", '"' + parameter.body + '"',
-                      "\"reference\", \"moving\" or a follower");
-}
-
 // Names of the groups that share an unknown, in the order of the fibres, with their rows.
 struct FibreGroup {
   std::string name;
@@ -163,12 +154,9 @@ std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
       add_load(job, job_case, k, unknown, all);
       continue;
     }
-    if (unknown.follower && job.followers.at(*unknown.follower).generate)
-      job.document.refuse("fit.parameter." + std::to_string(k) + ".follower", "generated fibres",
-                          "a follower with fibres = \"fibres.csv\"; vrda shape writes them");
     const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
     if (!is_strain) {
-      unknown.body = body_of_attachment(job, k);
+      unknown.body = job::attached_body(job, parameter.body, "fit.parameter." + std::to_string(k) + ".body");
       unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
     }
     const model::Ligaments& ligaments = job::ligaments_of(job_case, unknown.follower);

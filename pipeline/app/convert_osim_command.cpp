@@ -65,6 +65,9 @@ void declare_convert_osim(Command& c)
   osim.option("--drawn", o.model.drawn,
               "Names of meshes that are only drawn, or none; default: menisci and fibula")
       .takes_several();
+  osim.option("--followers", o.model.followers,
+              "Names of bodies that follow the joint; default: patella and fabella of a knee")
+      .takes_several();
   osim.option("--muscles", o.model.muscle_share,
               "Muscles across the joint as lines with this share of their largest isometric force")
       .number(0.0, 1.0);

@@ -536,8 +536,9 @@ class Preparation {
                                 (is_scanned ? "registered" : "fitted to the femur") +
                                 " by vrda prepare; mm, anatomical frames";
     write_atomically(file("patella_fibres.csv"),
-                     {prepare::kneecap_table(cap.ligaments, scan_strain, comment)});
-    if (patella.has_wraps) write_atomically(file("patella_wraps.json"), {prepare::wraps_text(cap.ligaments)});
+                     {prepare::follower_table(cap.ligaments, {"patella"}, scan_strain, comment)});
+    if (patella.has_wraps)
+      write_atomically(file("patella_wraps.json"), {prepare::wraps_text(cap.ligaments, {"patella"})});
     out_.report["patella"] = kneecap_json(cap, offset_mm);
     if (!is_scanned)
       out_.warnings.push_back("patella: that of \"" + reference_.joint.title +

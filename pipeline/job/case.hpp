@@ -36,7 +36,8 @@ enum class UncertainQuantity {
   offset,
   thickness,
   prior_shape,
-  prior_level
+  prior_level,
+  direction  ///< of a follower's tendon
 };
 
 /// Which fibres share one draw.
@@ -67,7 +68,7 @@ struct UncertainParameter {
   double correlation = 0.0;               ///< of the fibres of one bundle, with SharedBy::fibre
   BodyIndex body = BodyIndex::reference;  ///< of the attachment, offset or thickness
   std::int32_t component = 0;             ///< of the offset or thickness, in its object; -1: all
-  std::size_t term = 0;                   ///< of the prior
+  std::size_t term = 0;                   ///< of the prior, or of the follower's directions
   UncertainLoad load = UncertainLoad::force;
   std::size_t load_row = 0;  ///< of an applied load or a line
 };
@@ -203,11 +204,12 @@ struct CaseSettings {
 };
 
 /// A spring on the direction of a bundle of fibres as the follower sees it ([[follower.direction]]): from the
-/// means of the fibres' ends, about an axis of the follower; at rest as in the scan.
+/// means of the fibres' ends, about an axis of the follower; at rest as in the scan, turned by `rest_rad`.
 struct TendonDirection {
   std::string bundle;
   double stiffness_nmm = 0.0;                       ///< per rad
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, canonical axes
+  double rest_rad = 0.0;                            ///< about the axis
 };
 
 /// A body that follows the joint ([[follower]]; schemas/followers.md): solved at each attitude after it, with
@@ -222,6 +224,8 @@ struct Follower {
   Eigen::Vector3d delta{-1.0, 0.0, 0.0};     ///< unit, canonical axes, fixed to it
   double push_n = 0.0;                       ///< along Delta
   model::Ligaments ligaments;                ///< canonical; each fibre has one end on it
+  /// [n_fibres] As Uncertainty::reference_strain, where the scan found the objects.
+  std::vector<double> reference_strain;
   std::vector<TendonDirection> directions;
   Pose X_of_scan = Pose::Identity();  ///< where slack lengths and directions are those of the scan,
   Pose X_reference_moving_scan = Pose::Identity();  ///< and the joint then

@@ -23,6 +23,21 @@ std::size_t follower_named(const core::Document& document, const std::string& ke
   return static_cast<std::size_t>(found - names.begin());
 }
 
+std::vector<double> given_strains(const std::vector<FibreJob>& fibres)
+{
+  std::vector<double> strains;
+  for (const FibreJob& fibre : fibres) strains.push_back(fibre.reference_strain.value_or(nan));
+  return strains;
+}
+
+BodyIndex attached_body(const Job& job, const std::string& name, const std::string& key)
+{
+  if (const std::optional<BodyIndex> found = body_named(name, names_before(job, job.followers.size())))
+    return *found;
+  job.document.refuse(key, name.empty() ? "nothing" : '"' + name + '"',
+                      "\"reference\", \"moving\" or a follower");
+}
+
 BodyNames names_before(const Job& job, std::size_t row)
 {
   BodyNames names{job.reference.name, job.moving.name};
@@ -81,20 +96,20 @@ FollowerJob follower_of(const Job& job, const core::DocumentValue& value, BodyJo
   follower.wraps_file = core::text_or_empty(value, "wraps");
   if (const core::DocumentValue* generate = core::find_at(value, "generate"))
     follower.generate = generate_of(*generate);
-  const bool has_files = !follower.fibres_file.empty() || !follower.wraps_file.empty();
-  if (has_files == follower.generate.has_value())
-    job.document.refuse(key, has_files ? "both files and generate" : "neither fibres nor generate",
-                        "one of fibres = \"fibres.csv\" and generate = { shape = \"knee\" }");
+  if (follower.generate && !follower.wraps_file.empty())
+    job.document.refuse(key, "both wraps and generate", "one of them");
   if (follower.fibres_file.empty() && !follower.generate)
-    job.document.refuse(key + ".fibres", "nothing", "the path of a CSV file");
+    job.document.refuse(key, "neither fibres nor generate",
+                        "fibres = \"fibres.csv\", or generate = { shape = \"knee\" }");
   follower.touches_visual = core::flag_at(value, "touches_visual");
   follower.transition_strain = core::number_at(value, "transition_strain");
   follower.tension_n = core::number_at(value, "tension_n");
   for (const core::DocumentValue& item : core::list_or_empty(value, "direction")) {
     const std::string at = key + ".direction." + std::to_string(follower.directions.size());
-    follower.directions.push_back({core::text_at(item, "bundle"),
-                                   core::number_at(item, "stiffness_nmm_per_rad"),
-                                   direction_at(job, item, "axis", at)});
+    follower.directions.push_back(
+        {core::text_at(item, "bundle"), core::number_at(item, "stiffness_nmm_per_rad"),
+         direction_at(job, item, "axis", at),
+         item.contains("rest_deg") ? rad_from_deg(core::number_at(item, "rest_deg")) : 0.0});
   }
   read_scan(value, "joint", follower.scan_joint);
   read_scan(value, "follower", follower.scan_follower);
@@ -142,9 +157,10 @@ struct FollowerLoader {
   const FollowerJob& own() const { return job.followers[row]; }
   BodyIndex index() const { return model::follower_index(row); }
 
-  AxisMap map_of(BodyIndex body) const
+  // Of points of files; generated ones are canonical.
+  AxisMap map_of(BodyIndex body, bool is_generated) const
   {
-    if (own().generate) return {};
+    if (is_generated) return {};
     if (body == BodyIndex::reference) return body_map(job, job.reference);
     if (body == BodyIndex::moving) return body_map(job, job.moving);
     return body_map(job, job.followers.at(model::row_of(body) - 2).body);
@@ -169,8 +185,9 @@ struct FollowerLoader {
       throw InputError({fibre.source, fibre_key(fibre, "to_body"),
                         "a fibre without one end on " + own().body.name,
                         "one end on it, the other on an object before it"});
-    made.reference_mm = map_of(made.from).X_canonical_native * fibre.reference_native_mm;
-    made.moving_mm = map_of(made.to).X_canonical_native * fibre.moving_native_mm;
+    const bool is_generated = own().fibres_file.empty();
+    made.reference_mm = map_of(made.from, is_generated).X_canonical_native * fibre.reference_native_mm;
+    made.moving_mm = map_of(made.to, is_generated).X_canonical_native * fibre.moving_native_mm;
     made.stiffness_n = fibre.stiffness_n;
     made.slack_length_mm = fibre.slack_length_mm.value_or(1.0);
     made.tension_n = fibre.tension_share.value_or(0.0);
@@ -201,15 +218,18 @@ struct FollowerLoader {
     });
   }
 
+  // A table replaces generated fibres, not their wraps.
   std::pair<InputFile, InputFile> files(std::vector<LoadedInput>& inputs) const
   {
-    if (own().generate) return generated(inputs);
     std::pair<InputFile, InputFile> read;
-    read.first = input_file(job, data_directory, {own().key + ".fibres", own().fibres_file, "a CSV file"});
-    inputs.push_back({own().fibres_file, sha256_of(read.first.bytes)});
-    if (own().wraps_file.empty()) return read;
-    read.second = input_file(job, data_directory, {own().key + ".wraps", own().wraps_file, "a JSON file"});
-    inputs.push_back({own().wraps_file, sha256_of(read.second.bytes)});
+    if (own().generate) read = generated(inputs);
+    const auto read_file = [&](InputFile& file, const char* name, const std::string& path, const char* kind) {
+      if (path.empty()) return;
+      file = input_file(job, data_directory, {own().key + name, path, kind});
+      inputs.push_back({path, sha256_of(file.bytes)});
+    };
+    read_file(read.first, ".fibres", own().fibres_file, "a CSV file");
+    read_file(read.second, ".wraps", own().wraps_file, "a JSON file");
     return read;
   }
 
@@ -221,27 +241,29 @@ struct FollowerLoader {
     if (!wraps.bytes.empty()) {
       out.ligaments.wraps = read_wraps(wraps.path, wraps.bytes, names_before(job, row + 1));
       for (model::Wrap& wrap : out.ligaments.wraps)
-        wrap.X_body_wrap = canonical(wrap.X_body_wrap, map_of(wrap.body));
+        wrap.X_body_wrap = canonical(wrap.X_body_wrap, map_of(wrap.body, own().wraps_file.empty()));
     }
     out.jobs = read_ligament_table(fibres.path, fibres.bytes);
     check_names(out.jobs);
     for (const FibreJob& fibre : out.jobs) add_fibre(fibre, of, out);
-    share_tension(out.ligaments);
+    share_tension(out);
     return out;
   }
 
   // Shares become the tensions of the lines.
-  void share_tension(model::Ligaments& ligaments) const
+  void share_tension(LoadedLigaments& all) const
   {
+    std::vector<model::Fibre>& fibres = all.ligaments.fibres;
     double sum = 0.0;
-    for (const model::Fibre& fibre : ligaments.fibres) sum += fibre.tension_n;
-    for (model::Fibre& fibre : ligaments.fibres) {
+    for (const model::Fibre& fibre : fibres) sum += fibre.tension_n;
+    for (model::Fibre& fibre : fibres) {
       if (sum > 0.0) fibre.tension_n *= own().tension_n / sum;
     }
     // Without tension a line does nothing.
-    std::erase_if(ligaments.fibres, [](const model::Fibre& fibre) {
-      return !(fibre.stiffness_n > 0.0) && !(fibre.tension_n > 0.0);
-    });
+    const auto is_idle = [](const model::Fibre& f) { return !(f.stiffness_n > 0.0) && !(f.tension_n > 0.0); };
+    std::size_t k = 0;
+    std::erase_if(all.jobs, [&](const FibreJob&) { return is_idle(fibres[k++]); });
+    std::erase_if(fibres, is_idle);
   }
 
   // Slack lengths where the scan found the objects.
@@ -283,7 +305,8 @@ struct FollowerLoader {
     std::vector<std::vector<Eigen::Index>> small_shells;
     out.body = loaded_body(job, own().body, source, all, small_shells);
     const Box box = box_of(out.body);
-    out.centre_mm = own().centre_native_mm ? map_of(index()).X_canonical_native * *own().centre_native_mm
+    out.centre_mm = own().centre_native_mm ? map_of(index(), own().generate.has_value()).X_canonical_native *
+                                                 *own().centre_native_mm
                                            : Eigen::Vector3d(0.5 * (box.min_mm + box.max_mm));
     out.delta = own().delta;
     out.push_n = own().push_n;
@@ -299,6 +322,7 @@ struct FollowerLoader {
     bodies.push_back(&out.body);
     check_attachments(fibres, bodies);
     set_slack_lengths_at_scan(fibres, out);
+    out.reference_strain = given_strains(fibres.jobs);
     out.ligaments = std::move(fibres.ligaments);
     check_directions(out);
     return out;

@@ -92,6 +92,12 @@ std::size_t follower_named(const core::Document& document, const std::string& ke
 /// Names by BodyIndex, of the objects before the follower in `row`, or all.
 BodyNames names_before(const Job& job, std::size_t row);
 
+/// The body of that name, any object of the job. Throws InputError naming the key.
+BodyIndex attached_body(const Job& job, const std::string& name, const std::string& key);
+
+/// [n_fibres] NaN where the fibre is given by its slack length.
+std::vector<double> given_strains(const std::vector<FibreJob>& fibres);
+
 /// The list, parsed; `bodies` reads the components. Throws InputError naming the key: a name twice, an
 /// object that is not before it, no direction.
 std::vector<FollowerJob> followers_of(
@@ -110,7 +116,7 @@ inline std::vector<double> scan_strains(const std::vector<Follower>& followers, 
   return scan_strains(followers, row, followers.at(row).ligaments);
 }
 
-/// The fibres, and the body of a component, of a follower by its row or of the joint.
+/// The fibres of a follower by its row or of the joint, and the body of a component or attachment.
 template <typename AnyCase>
 auto& ligaments_of(AnyCase& of, std::optional<std::size_t> follower)
 {
@@ -119,7 +125,8 @@ auto& ligaments_of(AnyCase& of, std::optional<std::size_t> follower)
 template <typename AnyCase>
 auto& body_of(AnyCase& of, const UncertainParameter& parameter)
 {
-  return parameter.follower ? of.followers.at(*parameter.follower).body : part_of(of, parameter.body);
+  return model::row_of(parameter.body) < 2 ? part_of(of, parameter.body)
+                                           : of.followers.at(model::follower_row(parameter.body)).body;
 }
 /// Tension of all its lines of constant tension together.
 double tension_n(const Follower& follower);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -154,9 +155,7 @@ struct SampledCase::State {
   std::vector<ParameterDraws> draws;  // [parameters]
   Eigen::MatrixXd scores, values;
   std::vector<std::vector<double>> strain;  // [1 + followers, fibres] where the scan found the objects
-  struct {
-    std::optional<geometry::NearestSurface> reference, moving;
-  } surfaces;
+  std::map<BodyIndex, geometry::NearestSurface> surfaces;  // on which attachments move
 
   explicit State(const job::Case& given) : job_case(given)
   {
@@ -165,8 +164,8 @@ struct SampledCase::State {
     for (const UncertainParameter& parameter : uncertainty.parameters) {
       draws.push_back(DrawColumns(parameter, ligaments_of(given, parameter.follower).fibres, names).draws());
       if (parameter.quantity != UncertainQuantity::attachment) continue;
-      std::optional<geometry::NearestSurface>& surface = part_of(surfaces, parameter.body);
-      if (!surface) surface = surface_of(part_of(given, parameter.body));
+      if (!surfaces.contains(parameter.body))
+        surfaces.emplace(parameter.body, surface_of(body_of(given, parameter)));
     }
     if (uncertainty.sequence == job::SampleSequence::sobol && names.size() > most_sobol_dimensions) {
       throw InputError({"uncertainty.parameter", "", std::to_string(names.size()) + " independent draws",
@@ -271,12 +270,12 @@ struct SampledCase::State {
   void move_attachments(std::size_t p, int sample, model::Ligaments& ligaments) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    const geometry::NearestSurface& surface = *part_of(surfaces, parameter.body);
+    const geometry::NearestSurface& surface = surfaces.at(parameter.body);
     for (std::size_t f = 0; f < parameter.fibres.size(); ++f) {
       const Eigen::Vector3d three(score_of(p, f, sample, 0), score_of(p, f, sample, 1),
                                   score_of(p, f, sample, 2));
       model::Fibre& fibre = ligaments.fibres[parameter.fibres[f]];
-      Eigen::Vector3d& p_mm = model::attachment_mm(fibre, parameter.body);
+      Eigen::Vector3d& p_mm = fibre.to == parameter.body ? fibre.moving_mm : fibre.reference_mm;
       p_mm = moved_mm(p_mm, displacement_mm(parameter.distribution, three), surface);
     }
   }
@@ -289,8 +288,9 @@ struct SampledCase::State {
     const std::vector<double>& old_strain = strain.at(follower ? 1 + *follower : 0);
     std::vector<double> new_strain = old_strain;
     std::vector<bool> has_strain(new_strain.size(), false);  // the slack length follows from the strain
-    for (std::size_t k = 0; !follower && k < has_strain.size(); ++k)
-      has_strain[k] = !std::isnan(uncertainty.reference_strain[k]);
+    const std::vector<double>& given =
+        follower ? job_case.followers[*follower].reference_strain : uncertainty.reference_strain;
+    for (std::size_t k = 0; k < has_strain.size(); ++k) has_strain[k] = !std::isnan(given[k]);
     bool is_moved = false, is_strained = false;
     for (std::size_t p = 0; p < uncertainty.parameters.size(); ++p) {
       const UncertainParameter& parameter = uncertainty.parameters[p];
@@ -311,10 +311,14 @@ struct SampledCase::State {
       }
     }
     if (!is_moved && !is_strained) return ligaments;
-    for (std::size_t k = 0; follower && k < new_strain.size(); ++k) {
-      if (has_strain[k]) ligaments.fibres[k].slack_length_mm *= (1.0 + old_strain[k]) / (1.0 + new_strain[k]);
+    if (follower) {
+      const std::vector<double> moved =
+          is_moved ? scan_strains(job_case.followers, *follower, ligaments) : old_strain;
+      for (std::size_t k = 0; k < moved.size(); ++k) {
+        if (has_strain[k]) ligaments.fibres[k].slack_length_mm *= (1.0 + moved[k]) / (1.0 + new_strain[k]);
+      }
+      return ligaments;
     }
-    if (follower) return ligaments;
     const std::vector<model::FibreState> states = model::fibre_states(ligaments, {}, {});
     for (std::size_t k = 0; k < states.size(); ++k) {
       const bool is_changed = new_strain[k] != old_strain[k] || is_moved;
@@ -406,6 +410,13 @@ struct SampledCase::State {
     for (Eigen::Index v = 0; v < normals.rows(); ++v) {
       if (is_moved[static_cast<std::size_t>(v)]) part.mesh.vertices_mm.row(v) += by_mm * normals.row(v);
     }
+  }
+
+  void turn_direction(std::size_t p, int sample, job::Case& sampled) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    sampled.followers.at(*parameter.follower).directions.at(parameter.term).rest_rad +=
+        rad_from_deg(changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity()));
   }
 
   void change_prior(std::size_t p, int sample, job::Case& sampled) const
@@ -503,6 +514,7 @@ job::Case SampledCase::at(int sample) const
     const UncertainQuantity quantity = parameters[p].quantity;
     if (quantity == UncertainQuantity::offset) state.change_offset(p, sample, sampled);
     if (quantity == UncertainQuantity::thickness) state.change_thickness(p, sample, sampled);
+    if (quantity == UncertainQuantity::direction) state.turn_direction(p, sample, sampled);
     if (quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level)
       state.change_prior(p, sample, sampled);
     if (quantity != UncertainQuantity::load) continue;

@@ -44,9 +44,7 @@ class UncertaintyReader {
     found.sequence =
         core::text_at(table, "sequence") == "sobol" ? SampleSequence::sobol : SampleSequence::latin_hypercube;
     found.seed = static_cast<std::uint32_t>(core::integer_at(table, "seed"));
-    for (const FibreJob& fibre : ligaments_.jobs)
-      found.reference_strain.push_back(
-          fibre.reference_strain.value_or(std::numeric_limits<double>::quiet_NaN()));
+    found.reference_strain = given_strains(ligaments_.jobs);
     for (const core::DocumentValue& value : core::value_at(table, "parameter")) {
       at_ = "uncertainty.parameter." + std::to_string(found.parameters.size());
       found.parameters.push_back(parameter_of(value));
@@ -66,9 +64,9 @@ class UncertaintyReader {
 
   UncertainParameter parameter_of(const core::DocumentValue& value)
   {
-    static const std::array<std::string, 9> quantities{"stiffness", "reference_strain", "attachment",
-                                                       "load",      "rotation_centre",  "offset",
-                                                       "thickness", "prior_shape",      "prior_level"};
+    static const std::array<std::string, 10> quantities{
+        "stiffness", "reference_strain", "attachment",  "load",        "rotation_centre",
+        "offset",    "thickness",        "prior_shape", "prior_level", "direction"};
     UncertainParameter parameter;
     const std::string& quantity = core::text_at(value, "quantity");
     parameter.quantity = static_cast<UncertainQuantity>(
@@ -80,6 +78,7 @@ class UncertaintyReader {
     parameter.name = quantity;
     if (const std::string& follower = core::text_or_empty(value, "follower"); !follower.empty()) {
       parameter.follower = follower_named(job_.document, at_ + ".follower", follower);
+      parameter.body = model::follower_index(*parameter.follower);
       parameter.name += " " + follower;
     }
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
@@ -87,6 +86,7 @@ class UncertaintyReader {
     if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
     if (parameter.quantity == UncertainQuantity::thickness) set_thickness(value, parameter);
     if (is_of_prior(parameter.quantity)) set_term(value, parameter);
+    if (parameter.quantity == UncertainQuantity::direction) set_direction(value, parameter);
     if (const std::string& name = core::text_or_empty(value, "name"); !name.empty()) parameter.name = name;
     parameter.distribution = distribution_of(value, parameter);
     check_range(parameter);
@@ -112,9 +112,9 @@ class UncertaintyReader {
   // What a parameter of a follower may change.
   static bool may_be_of_follower(UncertainQuantity quantity)
   {
-    return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
-           quantity == UncertainQuantity::load || quantity == UncertainQuantity::offset ||
-           quantity == UncertainQuantity::thickness;
+    return is_of_fibres(quantity) || quantity == UncertainQuantity::load ||
+           quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness ||
+           quantity == UncertainQuantity::direction;
   }
 
   // A key that the quantity or the distribution does not use is a mistake.
@@ -124,6 +124,7 @@ class UncertaintyReader {
     std::set<std::string> used{"name", "quantity", "distribution"};
     if (is_of_fibres(quantity)) used.insert({"fibre", "bundle", "shared_by", "correlation"});
     if (quantity == UncertainQuantity::attachment) used.insert("body");
+    if (quantity == UncertainQuantity::direction) used.insert("bundle");
     if (quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness)
       used.insert({value.contains("follower") ? "follower" : "body", "component"});
     if (may_be_of_follower(quantity)) used.insert("follower");
@@ -153,11 +154,13 @@ class UncertaintyReader {
     return words;
   }
 
-  BodyIndex body_at(const core::DocumentValue& value) const
+  BodyIndex body_at(const core::DocumentValue& value, bool is_of_follower = false) const
   {
-    const auto body = core::value_named<BodyIndex>(core::text_or_empty(value, "body"));
-    if (!body) refuse("body", "nothing", "\"reference\" or \"moving\"");
-    return *body;
+    const std::string& name = core::text_or_empty(value, "body");
+    const BodyIndex body = attached_body(job_, name, at_ + ".body");
+    if (!is_of_follower && model::row_of(body) >= std::size(all_bodies))
+      refuse("body", '"' + name + '"', "\"reference\" or \"moving\"");
+    return body;
   }
 
   void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
@@ -165,19 +168,26 @@ class UncertaintyReader {
     const std::vector<model::Fibre>& fibres = ligaments_of(loaded_, parameter.follower).fibres;
     if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
     if (parameter.quantity == UncertainQuantity::attachment) {
-      parameter.body = body_at(value);
-      parameter.name += std::string(" ") + name_of(parameter.body);
+      parameter.body = body_at(value, parameter.follower.has_value());
+      parameter.name += " " + body_name(parameter);
     }
     const std::string& fibre = core::text_or_empty(value, "fibre");
     const std::string& bundle = core::text_or_empty(value, "bundle");
     if (!fibre.empty() && !bundle.empty()) refuse("", "both fibre and bundle", "one of them, or neither");
     const std::string& word = fibre.empty() ? bundle : fibre;
     if (!word.empty()) parameter.name += " " + word;
+    bool is_known = false;
     for (std::size_t k = 0; k < fibres.size(); ++k) {
-      const bool is_line = fibres[k].tension_n > 0.0;  // has neither stiffness nor strain
-      if (!is_line && (word.empty() || (fibre.empty() ? fibres[k].bundle : fibres[k].name) == word))
+      if (!word.empty() && (fibre.empty() ? fibres[k].bundle : fibres[k].name) != word) continue;
+      is_known = true;
+      // A line has neither stiffness nor strain; a follower's fibre ends on two of several bodies.
+      if (parameter.quantity == UncertainQuantity::attachment
+              ? fibres[k].from == parameter.body || fibres[k].to == parameter.body
+              : !(fibres[k].tension_n > 0.0))
         parameter.fibres.push_back(k);
     }
+    if (parameter.fibres.empty() && is_known && parameter.quantity == UncertainQuantity::attachment)
+      refuse("body", '"' + body_name(parameter) + '"', "an object on which these fibres end");
     if (parameter.fibres.empty()) {
       const bool is_bundle = fibre.empty();
       refuse(is_bundle ? "bundle" : "fibre", "\"" + word + "\"",
@@ -265,7 +275,22 @@ class UncertaintyReader {
 
   std::string body_name(const UncertainParameter& parameter) const
   {
-    return parameter.follower ? loaded_.followers[*parameter.follower].name : name_of(parameter.body);
+    return model::row_of(parameter.body) < 2 ? name_of(parameter.body)
+                                             : loaded_.followers[model::follower_row(parameter.body)].name;
+  }
+
+  void set_direction(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    if (!parameter.follower) refuse("follower", "nothing", "the name of a [[follower]] of the job");
+    const std::vector<TendonDirection>& directions = loaded_.followers[*parameter.follower].directions;
+    const std::string& bundle = core::text_or_empty(value, "bundle");
+    const auto found = std::ranges::find(directions, bundle, &TendonDirection::bundle);
+    if (found == directions.end())
+      refuse("bundle", bundle.empty() ? "nothing" : '"' + bundle + '"',
+             "the bundle of a [[follower.direction]] of " + body_name(parameter));
+    if (parameter.is_factor) refuse("factor", "true", "false: a direction changes by degrees");
+    parameter.term = static_cast<std::size_t>(found - directions.begin());
+    parameter.name += " " + bundle;
   }
 
   void set_term(const core::DocumentValue& value, UncertainParameter& parameter)

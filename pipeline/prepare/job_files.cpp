@@ -22,6 +22,11 @@ std::string component_text(const std::string& body, const JobComponent& componen
   return text;
 }
 
+std::string object_name(BodyIndex body, const std::vector<std::string>& followers)
+{
+  return model::row_of(body) < 2 ? name_of(body) : followers.at(model::follower_row(body));
+}
+
 std::string scan_text(const ClinicalCoordinates& scanned)
 {
   const auto degrees = [](double rad) { return short_decimal(deg_from_rad(rad), 1); };
@@ -98,7 +103,10 @@ std::string kneecap_text(const JobKneecap& patella)
   for (const job::TendonDirection& direction : patella.directions)
     text += "\n[[follower.direction]]\nbundle = " + quoted_text(direction.bundle) +
             "\nstiffness_nmm_per_rad = " + shortest_decimal(direction.stiffness_nmm) + "\naxis = [" +
-            core::numbers_text(direction.axis, ", ") + "]\n";
+            core::numbers_text(direction.axis, ", ") + "]\n" +
+            (direction.rest_rad == 0.0
+                 ? ""
+                 : "rest_deg = " + shortest_decimal(deg_from_rad(direction.rest_rad)) + "\n");
   for (const JobComponent& component : patella.components) text += component_text("follower", component);
   return text;
 }
@@ -238,18 +246,17 @@ std::string ligament_table(const model::Ligaments& ligaments, const std::string&
   return text;
 }
 
-std::string kneecap_table(const model::Ligaments& ligaments, std::optional<double> strain,
-                          const std::string& comment)
+std::string follower_table(const model::Ligaments& ligaments, const std::vector<std::string>& followers,
+                           std::optional<double> strain, const std::string& comment)
 {
-  const auto name = [](BodyIndex body) { return model::row_of(body) < 2 ? name_of(body) : "patella"; };
   std::string text = "# " + comment +
                      "\nname,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_body,to_x_mm,to_y_mm,to_z_mm,"
                      "stiffness_n_per_strain," +
                      (strain ? "reference_strain" : "slack_length_mm") + ",tension_share,wrap\n";
   for (const model::Fibre& fibre : ligaments.fibres) {
     const bool is_line = fibre.tension_n > 0.0;
-    text += fibre.name + "," + fibre.bundle + "," + name(fibre.from) + "," +
-            core::numbers_text(fibre.reference_mm, ",") + "," + name(fibre.to) + "," +
+    text += fibre.name + "," + fibre.bundle + "," + object_name(fibre.from, followers) + "," +
+            core::numbers_text(fibre.reference_mm, ",") + "," + object_name(fibre.to, followers) + "," +
             core::numbers_text(fibre.moving_mm, ",") + "," +
             (is_line ? ",," + shortest_decimal(fibre.tension_n)
                      : shortest_decimal(fibre.stiffness_n) + "," +
@@ -259,15 +266,14 @@ std::string kneecap_table(const model::Ligaments& ligaments, std::optional<doubl
   return text;
 }
 
-std::string wraps_text(const model::Ligaments& ligaments)
+std::string wraps_text(const model::Ligaments& ligaments, const std::vector<std::string>& followers)
 {
   std::string text = "[";
   for (const model::Wrap& wrap : ligaments.wraps) {
     const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
     text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted_text(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
-            (model::row_of(wrap.body) < 2 ? name_of(wrap.body) : "patella") +
-            "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
+            object_name(wrap.body, followers) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +
             "], \"translation\": [" + core::numbers_text(wrap.X_body_wrap.translation(), ",") + "],\n   ";
     if (is_cylinder) {

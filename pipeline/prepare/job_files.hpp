@@ -56,11 +56,11 @@ std::string job_text(const JobDescription& job);
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment);
 
 /// Table of schemas/followers.md: fibres with this strain in the scan, or with their slack lengths; and
-/// lines.
-std::string kneecap_table(const model::Ligaments& ligaments, std::optional<double> strain,
-                          const std::string& comment);
+/// lines. `followers`: their names.
+std::string follower_table(const model::Ligaments& ligaments, const std::vector<std::string>& followers,
+                           std::optional<double> strain, const std::string& comment);
 
 /// JSON of schemas/wraps.schema.json.
-std::string wraps_text(const model::Ligaments& ligaments);
+std::string wraps_text(const model::Ligaments& ligaments, const std::vector<std::string>& followers = {});
 
 }  // namespace vrda::prepare

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "core/document.hpp"
@@ -31,6 +32,15 @@ constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{256} << 20U;
 // The motion of a joint in contact stays below it; an offset that a model has in its functions (gait2392: the
 // length of the femur) does not.
 constexpr double largest_motion_m = 0.02;
+
+std::vector<std::string> words_of(Node node)
+{
+  std::vector<std::string> words;
+  const job::NamedText text{"", node.text().get()};
+  for (job::TextLines lines(text); lines.next();)
+    for (const std::string_view word : lines.words()) words.emplace_back(word);
+  return words;
+}
 
 /// The components of a model by their absolute paths ("/jointset/knee_r").
 class OsimFile {
@@ -74,16 +84,13 @@ class OsimFile {
   {
     const Node child = node.child(element);
     if (!child) return otherwise;
-    const job::NamedText text{file_, child.text().get()};
     std::vector<double> values;
-    for (job::TextLines lines(text); lines.next();) {
-      for (const std::string_view word : lines.words()) {
-        double value = 0.0;
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-          refuse(path + ", " + element, quoted_text(word), "a number");
-        values.push_back(value);
-      }
+    for (const std::string& word : words_of(child)) {
+      double value = 0.0;
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+      if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+        refuse(path + ", " + element, quoted_text(word), "a number");
+      values.push_back(value);
     }
     if (!is_any_count && values.size() != otherwise.size())
       refuse(path + ", " + element, std::to_string(values.size()) + " numbers",
@@ -212,15 +219,6 @@ struct OsimJoint {
 constexpr std::array simple_joints{"CustomJoint", "PinJoint",  "UniversalJoint", "BallJoint",
                                    "GimbalJoint", "FreeJoint", "PlanarJoint"};
 
-std::vector<std::string> words_of(Node node)
-{
-  std::vector<std::string> words;
-  const job::NamedText text{"", node.text().get()};
-  for (job::TextLines lines(text); lines.next();)
-    for (const std::string_view word : lines.words()) words.emplace_back(word);
-  return words;
-}
-
 /// The rotations of the joints that have no SpatialTransform, as axes of their frames.
 std::string simple_axes(const std::string& type)
 {
@@ -284,20 +282,32 @@ double value_at(const OsimFile& file, const std::string& path, Node function, do
 
 /// Where a body is in the frame of the job's files.
 struct PlacedBody {
-  enum class Part { reference, moving, follower, beyond_reference, beyond_moving } part;
-  Pose X_file_body;  // m
+  BodyIndex object;        // that carries it
+  bool is_beyond = false;  // further joints are between: its points are fixed to the object, it has no meshes
+  Pose X_file_body;        // m
 };
 
-using Part = PlacedBody::Part;
+/// A body with a joint of its own that ligaments or lines hold.
+struct FollowingBody {
+  std::string body;
+  std::string name;  // of the job
+  BodyIndex of = BodyIndex::reference;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  model::Ligaments ligaments;
 
-bool is_reference_side(Part part)
+  bool is_kneecap() const { return contains(name, "patella"); }
+};
+
+bool is_follower(BodyIndex object)
 {
-  return part == Part::reference || part == Part::beyond_reference;
+  return model::row_of(object) >= std::size(all_bodies);
 }
 
 class Conversion {
  public:
-  explicit Conversion(const OsimJobOptions& options) : options_(options), file_(options.file)
+  /// `dropped`: bodies that cannot follow, with the reason.
+  Conversion(const OsimJobOptions& options, const std::map<std::string, std::string>& dropped)
+      : options_(options), file_(options.file), dropped_(dropped)
   {
     read_joints();
     find_side();
@@ -305,6 +315,17 @@ class Conversion {
     place_bodies();
     add_meshes();
     add_forces();
+  }
+
+  std::map<std::string, std::string> impossible_followers() const
+  {
+    std::map<std::string, std::string> reasons;
+    for (std::size_t row = 0; row < followers_.size(); ++row) {
+      if (!components_.contains(model::follower_index(row))) reasons[followers_[row].body] = "no mesh";
+      if (followers_[row].ligaments.fibres.empty())
+        reasons[followers_[row].body] = "no ligament or line holds it";
+    }
+    return reasons;
   }
 
   OsimJob result()
@@ -359,6 +380,8 @@ class Conversion {
   }
 
   const OsimJoint& joint() const { return joints_[joint_]; }
+
+  void leave_out(const std::string& what, const std::string& why) { left_out_.push_back(what + ": " + why); }
 
   // By the endings of names; else by the axis of adduction, which models mirror.
   void find_side()
@@ -451,39 +474,62 @@ class Conversion {
     X_file_parent.linear() = R_body_file_.transpose();
     const Pose X_file_centre = X_file_parent * joint().X_parent_frame * X_frames;
     origin_m_ = X_file_centre.translation();
-    place(joint().parent, Part::reference, X_file_parent);
-    place(joint().child, Part::moving, X_file_centre * joint().X_child_frame.inverse());
+    for (const std::string& name : options_.followers)
+      if (std::ranges::none_of(joints_, [&](const OsimJoint& j) { return last_name(j.child) == name; }))
+        throw InputError({options_.file, "--followers", quoted_text(name), "a body with a joint of its own"});
+    place(joint().parent, {BodyIndex::reference, false, X_file_parent});
+    place(joint().child, {BodyIndex::moving, false, X_file_centre * joint().X_child_frame.inverse()});
+    for (const auto& [body, why] : dropped_) leave_out(last_name(body), why);
+    if (!neighbours_.empty())
+      left_out_.push_back("bodies on other joints: " + joined(neighbours_) + "; --followers NAME takes one");
   }
 
-  void place(const std::string& body, Part part, const Pose& X_file_body)
+  void place(const std::string& body, const PlacedBody& placed)
   {
-    if (!bodies_.emplace(body, PlacedBody{part, X_file_body}).second) return;
-    order_.push_back(body);
+    if (!bodies_.emplace(body, placed).second) return;
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       const OsimJoint& next = joints_[k];
       const bool is_parent = next.parent == body;
       if (k == joint_ || (!is_parent && next.child != body)) continue;
       const std::string& other = is_parent ? next.child : next.parent;
       if (other == "/ground") continue;
-      const bool is_patella = contains(last_name(other), "patella");
+      if (bodies_.contains(other)) continue;
+      const bool follows = !placed.is_beyond && !is_follower(placed.object) && is_named_follower(other);
       Pose X_frames = default_pose(next);
-      if (is_patella && X_frames.translation().norm() < largest_motion_m) X_frames = Pose::Identity();
+      if (follows && X_frames.translation().norm() < largest_motion_m) X_frames = Pose::Identity();
       const Pose X = next.X_parent_frame * X_frames * next.X_child_frame.inverse();
-      const Pose X_file_other = X_file_body * (is_parent ? X : X.inverse());
-      const Part other_part = part_of(part, next, other, is_patella);
-      if (other_part == Part::follower)
-        follower_centre_m_ =
-            X_file_other * (is_parent ? next.X_child_frame : next.X_parent_frame).translation();
-      place(other, other_part, X_file_other);
+      PlacedBody further = placed;
+      further.X_file_body = placed.X_file_body * (is_parent ? X : X.inverse());
+      if (follows) {
+        const Pose& X_other_frame = is_parent ? next.X_child_frame : next.X_parent_frame;
+        further.object =
+            add_follower(other, placed.object, further.X_file_body * X_other_frame.translation());
+      } else if (next.type != "WeldJoint" && !contains(last_name(other), "menisc")) {
+        if (!placed.is_beyond && !dropped_.contains(other)) neighbours_.push_back(last_name(other));
+        further.is_beyond = true;
+      }
+      place(other, further);
     }
   }
 
-  Part part_of(Part part, const OsimJoint& by, const std::string& other, bool is_patella) const
+  // The kneecap of a hip or an ankle has its tendon across another joint.
+  bool is_named_follower(const std::string& body) const
   {
-    const bool is_own = part == Part::reference || part == Part::moving;
-    if (is_own && is_patella) return Part::follower;
-    if (is_own && (by.type == "WeldJoint" || contains(last_name(other), "menisc"))) return part;
-    return part == Part::moving || part == Part::beyond_moving ? Part::beyond_moving : Part::beyond_reference;
+    const std::string name = last_name(body);
+    if (dropped_.contains(body)) return false;
+    if (!options_.followers.empty())
+      return std::ranges::find(options_.followers, name) != options_.followers.end();
+    return (kind_ == "knee" || kind_ == "other") && (contains(name, "patella") || contains(name, "fabella"));
+  }
+
+  BodyIndex add_follower(const std::string& body, BodyIndex of, const Eigen::Vector3d& centre_m)
+  {
+    FollowingBody follower{body, is_plain(last_name(body)) ? last_name(body) : "follower", of, centre_m, {}};
+    const bool is_first = std::ranges::none_of(followers_, &FollowingBody::is_kneecap);
+    if (follower.is_kneecap()) follower.of = BodyIndex::reference;
+    if (follower.is_kneecap() && is_first) follower.name = "patella";
+    followers_.push_back(std::move(follower));
+    return model::follower_index(followers_.size() - 1);
   }
 
   struct Component {
@@ -514,9 +560,9 @@ class Conversion {
       const std::string socket = OsimFile::trimmed_text(node.child("socket_frame"));
       const auto [body, X_body_frame] = file_.frame(path, "socket_frame", socket.empty() ? ".." : socket);
       const auto placed = bodies_.find(body);
-      if (placed == bodies_.end() || placed->second.part > Part::follower) continue;
+      if (placed == bodies_.end() || placed->second.is_beyond) continue;
       if (type != "Mesh" && !is_contact) {
-        left_out_.push_back("geometry " + path + ": a " + type + ", no mesh");
+        leave_out("geometry " + path, "a " + type + ", no mesh");
         continue;
       }
       const std::string element = type == "ContactMesh" ? "filename" : "mesh_file";
@@ -524,17 +570,16 @@ class Conversion {
       if (!seen.insert(body + "\n" + fs::weakly_canonical(file).string()).second) continue;
       Pose X_frame_mesh = Pose::Identity();
       if (is_contact) X_frame_mesh = file_.pose(path, node, "location", "orientation");
-      add_mesh(path, file, node, placed->second.part,
+      add_mesh(path, file, node, placed->second.object,
                placed->second.X_file_body * X_body_frame * X_frame_mesh);
     }
-    for (const Part part : {Part::reference, Part::moving}) {
-      if (!components_[part].empty()) continue;
-      file_.refuse(part == Part::reference ? joint().parent : joint().child, "no meshes",
-                   "at least one mesh of the body");
-    }
+    for (const BodyIndex object : all_bodies)
+      if (!components_.contains(object))
+        file_.refuse(object == BodyIndex::reference ? joint().parent : joint().child, "no meshes",
+                     "at least one mesh of the body");
   }
 
-  void add_mesh(const std::string& path, const std::string& file, Node node, Part part,
+  void add_mesh(const std::string& path, const std::string& file, Node node, BodyIndex object,
                 const Pose& X_file_mesh)
   {
     const Eigen::Vector3d scale = file_.vector(path, node, "scale_factors", 1.0);
@@ -545,6 +590,7 @@ class Conversion {
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
       const Eigen::Vector3d p = mesh.vertices.row(v).transpose().cwiseProduct(scale);
       mesh.vertices.row(v) = (X_file_mesh * p).transpose();
+      vertices_m_[object].push_back(mesh.vertices.row(v).transpose());
     }
     mesh.normals.resize(0, 3);
     if (scale.prod() < 0.0) {  // mirrored
@@ -562,11 +608,12 @@ class Conversion {
       return contains(name, word) || contains(fs::path(file).stem().string(), word);
     };
     Component component{name, has("menisc") ? "meniscus" : has("cart") ? "cartilage" : "bone"};
-    component.has_contact = options_.drawn.empty() ? component.material != "meniscus" && !has("fibula")
-                                                   : std::find(options_.drawn.begin(), options_.drawn.end(),
-                                                               own) == options_.drawn.end();
+    component.has_contact =
+        options_.drawn.empty()
+            ? component.material != "meniscus" && (!has("fibula") || is_follower(object))
+            : std::find(options_.drawn.begin(), options_.drawn.end(), own) == options_.drawn.end();
     files_.emplace_back(name + ".stl", job::mesh_bytes(name + ".stl", mesh));
-    components_[part].push_back(component);
+    components_[object].push_back(component);
     taken_.push_back("mesh " + path + (component.has_contact ? "" : ", drawn only"));
   }
 
@@ -574,17 +621,21 @@ class Conversion {
 
   /// A point of a path in the frame of the files, mm, and the body that carries it.
   struct PathPoint {
-    std::string body;
-    Part part;
+    BodyIndex object;
+    bool is_beyond;
     Eigen::Vector3d p_mm;
   };
+
+  static auto objects_of(Node path, const std::string& set)
+  {
+    return path.find_node([&](Node n) { return n.name() == set; }).child("objects").children();
+  }
 
   // Empty if a point is on no body of the model's tree, or moves on its body.
   std::vector<PathPoint> path_of(const std::string& force, Node node, std::string& problem) const
   {
     std::vector<PathPoint> points;
-    const Node set = node.find_node([](Node n) { return std::string(n.name()) == "PathPointSet"; });
-    for (const Node point : set.child("objects").children()) {
+    for (const Node point : objects_of(node, "PathPointSet")) {
       const std::string at = force + "/" + point.attribute("name").as_string();
       const auto [body, X_body_frame] =
           file_.frame(at, "socket_parent_frame", OsimFile::trimmed_text(point.child("socket_parent_frame")));
@@ -598,7 +649,7 @@ class Conversion {
         continue;
       }
       points.push_back(
-          {body, placed->second.part,
+          {placed->second.object, placed->second.is_beyond,
            mm_per_metre * (placed->second.X_file_body * X_body_frame * file_.vector(at, point, "location"))});
     }
     return points;
@@ -625,50 +676,37 @@ class Conversion {
     if (n_muscles_ > 0)
       left_out_.push_back(std::to_string(n_muscles_) +
                           " muscles across the joint: --muscles SHARE takes them as lines");
-    drop_unheld_follower();
+    if (!elsewhere_.empty())
+      left_out_.push_back(std::to_string(elsewhere_.size()) +
+                          " ligaments and muscles of other joints: " + joined(elsewhere_));
     if (ligaments_.fibres.empty())
       left_out_.push_back("ligaments: the model has none across the joint; contact alone holds it");
-  }
-
-  // A body that follows needs fibres.
-  void drop_unheld_follower()
-  {
-    if (!components_.contains(Part::follower) || !follower_.fibres.empty()) return;
-    for (const Component& component : components_[Part::follower]) {
-      std::erase_if(files_, [&](const auto& file) { return file.first == component.name + ".stl"; });
-      std::erase_if(taken_, [&](const std::string& taken) { return taken.ends_with("/" + component.name); });
-    }
-    components_.erase(Part::follower);
-    left_out_.push_back("patella: no ligament or line holds it");
   }
 
   void add_ligament(const std::string& path, Node node)
   {
     std::string problem;
     const std::vector<PathPoint> points = path_of(path, node, problem);
-    const auto is_used = [&](Part part) {
-      return std::any_of(points.begin(), points.end(), [&](const PathPoint& p) { return p.part == part; });
-    };
-    const bool is_joint = is_used(Part::reference) && is_used(Part::moving);
-    if (!is_joint && !is_used(Part::follower)) return;  // of another joint
-    const auto leave_out = [&](const std::string& why) {
-      left_out_.push_back("ligament " + path + ": " + why);
-    };
+    std::set<BodyIndex> objects;
+    for (const PathPoint& p : points) objects.insert(p.object);
+    if (objects.size() < 2 && (objects.empty() || !is_follower(*objects.begin())))
+      return elsewhere_.push_back(last_name(path));
+    const std::string what = "ligament " + path;
     if (points.size() != 2 || !problem.empty())
-      return leave_out(problem.empty() ? std::to_string(points.size()) + " points, a fibre has two"
-                                       : problem);
-    if (points[0].part > Part::follower || points[1].part > Part::follower)
-      return leave_out("an end on a further body");
+      return leave_out(
+          what, problem.empty() ? std::to_string(points.size()) + " points, a fibre has two" : problem);
+    if (points[0].is_beyond || points[1].is_beyond) return leave_out(what, "an end on a further body");
+    if (objects.size() < 2) return leave_out(what, "both ends on one body");
     model::Fibre fibre;
     fibre.name = last_name(path);
     fibre.bundle = job::default_bundle(fibre.name);
-    fibre.stiffness_n = std::string(node.name()) == "Ligament"
-                            ? fitted_stiffness_n(path, node)
-                            : file_.number(path, node, "linear_stiffness", 0.0);
-    const char* length = std::string(node.name()) == "Ligament" ? "resting_length" : "slack_length";
+    const bool has_curve = std::string(node.name()) == "Ligament";
+    fibre.stiffness_n =
+        has_curve ? fitted_stiffness_n(path, node) : file_.number(path, node, "linear_stiffness", 0.0);
+    const char* length = has_curve ? "resting_length" : "slack_length";
     fibre.slack_length_mm = mm_per_metre * file_.number(path, node, length, 0.0);
-    if (!(fibre.stiffness_n > 0.0)) return leave_out("no stiffness");
-    if (!(fibre.slack_length_mm > 0.0)) return leave_out("no " + std::string(length));
+    if (!(fibre.stiffness_n > 0.0)) return leave_out(what, "no stiffness");
+    if (!(fibre.slack_length_mm > 0.0)) return leave_out(what, "no " + std::string(length));
     add_transition(file_.number(path, node, "transition_strain", default_transition), fibre.name);
     add_fibre(points[0], points[1], fibre, path, node);
   }
@@ -679,8 +717,8 @@ class Conversion {
   {
     if (!transition_strain_) transition_strain_ = strain;
     if (strain != *transition_strain_)
-      left_out_.push_back("ligament " + fibre + ": transition strain " + rounded_text(strain) +
-                          ", the job has one for all, " + rounded_text(*transition_strain_));
+      leave_out("ligament " + fibre, "transition strain " + rounded_text(strain) +
+                                         ", the job has one for all, " + rounded_text(*transition_strain_));
   }
 
   // Least squares of the job's law to the force of the curve, up to the strain at which ligaments fail.
@@ -704,26 +742,21 @@ class Conversion {
     return sum_fl / sum_ff;
   }
 
-  // Reference before moving, another body before the follower.
+  // Reference before moving, a follower after the objects before it.
   void add_fibre(PathPoint from, PathPoint to, model::Fibre fibre, const std::string& path, Node node)
   {
-    const bool is_follower = from.part == Part::follower || to.part == Part::follower;
-    if (to.part < from.part) std::swap(from, to);
-    const auto index = [](Part part) {
-      return part == Part::reference ? BodyIndex::reference
-             : part == Part::moving  ? BodyIndex::moving
-                                     : model::follower_index(0);
-    };
-    fibre.from = index(from.part);
-    fibre.to = index(to.part);
+    if (to.object < from.object) std::swap(from, to);
+    fibre.from = from.object;
+    fibre.to = to.object;
     fibre.reference_mm = from.p_mm;
     fibre.moving_mm = to.p_mm;
-    model::Ligaments& all = is_follower ? follower_ : ligaments_;
+    model::Ligaments& all =
+        is_follower(to.object) ? followers_[model::follower_row(to.object)].ligaments : ligaments_;
     const auto is_same = [&](const model::Fibre& other) { return other.name == fibre.name; };
     if (std::any_of(all.fibres.begin(), all.fibres.end(), is_same) || !is_field(fibre.name))
-      return left_out_.push_back("ligament " + path + ": " +
-                                 (is_field(fibre.name) ? "its name a second time" : "a comma in its name"));
-    fibre.wrap = wrap_of(all, path, node);
+      return leave_out("ligament " + path,
+                       is_field(fibre.name) ? "its name a second time" : "a comma in its name");
+    fibre.wrap = wrap_of(all, fibre, path, node);
     all.fibres.push_back(fibre);
   }
 
@@ -733,47 +766,51 @@ class Conversion {
   }
 
   // The row of the first wrap that the job can have; the others are left out.
-  int wrap_of(model::Ligaments& all, const std::string& path, Node force)
+  int wrap_of(model::Ligaments& all, const model::Fibre& fibre, const std::string& path, Node force)
   {
     int row = -1;
-    const Node set = force.find_node([](Node n) { return std::string(n.name()) == "PathWrapSet"; });
-    for (const Node use : set.child("objects").children()) {
+    for (const Node use : objects_of(force, "PathWrapSet")) {
       const std::string name = OsimFile::trimmed_text(use.child("wrap_object"));
-      const auto leave_out = [&](const std::string& why) {
-        left_out_.push_back("wrap " + name + " of " + path + ": " + why);
-      };
-      if (row >= 0) {
-        leave_out("a fibre has one wrap");
-        continue;
-      }
-      const auto found = std::find_if(all.wraps.begin(), all.wraps.end(),
-                                      [&](const model::Wrap& w) { return w.name == name; });
-      row = found != all.wraps.end() ? static_cast<int>(found - all.wraps.begin())
-                                     : read_wrap(all, name, leave_out);
+      const std::string what = "wrap " + name + " of " + path;
+      const auto found = std::ranges::find(all.wraps, name, &model::Wrap::name);
+      if (row >= 0)
+        leave_out(what, "a fibre has one wrap");
+      else if (found == all.wraps.end())
+        row = read_wrap(all, fibre, name, what);
+      else if (is_end(fibre, found->body))
+        row = static_cast<int>(found - all.wraps.begin());
+      else
+        leave_out(what, "on a third body");
     }
     return row;
   }
 
-  template <typename LeaveOut>
-  int read_wrap(model::Ligaments& all, const std::string& name, const LeaveOut& leave_out)
+  static bool is_end(const model::Fibre& fibre, BodyIndex object)
+  {
+    return object == fibre.from || object == fibre.to;
+  }
+
+  int read_wrap(model::Ligaments& all, const model::Fibre& fibre, const std::string& name,
+                const std::string& what)
   {
     const auto found =
         std::find_if(file_.components().begin(), file_.components().end(), [&](const auto& one) {
           return last_name(one.first) == name && std::string(one.second.name()).starts_with("Wrap") &&
                  bodies_.contains(owner_of(one.first));
         });
-    if (found == file_.components().end()) return leave_out("not on a body of the model"), -1;
+    if (found == file_.components().end()) return leave_out(what, "not on a body of the model"), -1;
     const auto& [path, node] = *found;
     const std::string type = node.name();
     const PlacedBody& body = bodies_.at(owner_of(path));
     if (type != "WrapCylinder" && type != "WrapEllipsoid" && type != "WrapSphere")
-      return leave_out("a " + type), -1;
-    if (body.part > Part::follower) return leave_out("on a further body"), -1;
+      return leave_out(what, "a " + type), -1;
+    if (body.is_beyond) return leave_out(what, "on a further body"), -1;
+    if (!is_end(fibre, body.object)) return leave_out(what, "on a third body"), -1;
     if (lower_case(OsimFile::trimmed_text(node.child("active"))) == "false")
-      return leave_out("not active"), -1;
+      return leave_out(what, "not active"), -1;
     const std::string quadrant = OsimFile::trimmed_text(node.child("quadrant"));
     if (!quadrant.empty() && quadrant != "all")
-      leave_out("quadrant " + quadrant + ": fibres take the shorter path on either side");
+      leave_out(what, "quadrant " + quadrant + ": fibres take the shorter path on either side");
     model::Wrap wrap;
     wrap.name = name;
     wrap.shape = type == "WrapCylinder" ? model::WrapShape::cylinder : model::WrapShape::ellipsoid;
@@ -785,12 +822,10 @@ class Conversion {
       wrap.radii_mm.z() = 0.5 * mm_per_metre * file_.number(path, node, "length", 1.0);
     const double ratio = wrap.radii_mm.maxCoeff() / wrap.radii_mm.minCoeff();
     constexpr double largest_ratio = 5.0;  // of schemas/ligaments.md
-    if (!(wrap.radii_mm.minCoeff() > 0.0)) return leave_out("no size"), -1;
+    if (!(wrap.radii_mm.minCoeff() > 0.0)) return leave_out(what, "no size"), -1;
     if (type == "WrapEllipsoid" && ratio > largest_ratio)
-      return leave_out("half-axes with a ratio above 5"), -1;
-    wrap.body = body.part == Part::reference ? BodyIndex::reference
-                : body.part == Part::moving  ? BodyIndex::moving
-                                             : model::follower_index(0);
+      return leave_out(what, "half-axes with a ratio above 5"), -1;
+    wrap.body = body.object;
     const auto [owner, X_body_frame] = file_.frame(path, "owner", "../..");
     wrap.X_body_wrap =
         body.X_file_body * X_body_frame * file_.pose(path, node, "translation", "xyz_body_rotation");
@@ -806,30 +841,27 @@ class Conversion {
   {
     std::string problem;
     std::vector<PathPoint> points = path_of(path, node, problem);
-    const auto n_reference = std::count_if(points.begin(), points.end(),
-                                           [](const PathPoint& p) { return is_reference_side(p.part); });
-    const auto patella = std::find_if(points.begin(), points.end(),
-                                      [](const PathPoint& p) { return p.part == Part::follower; });
-    const bool has_patella = patella != points.end(),
+    const auto is_reference = [](const PathPoint& p) { return p.object == BodyIndex::reference; };
+    const auto n_reference = std::ranges::count_if(points, is_reference);
+    const auto follower = std::ranges::find_if(
+        points, [](const PathPoint& p) { return is_follower(p.object) && !p.is_beyond; });
+    const bool has_follower = follower != points.end(),
                is_actuator = std::string(node.name()) == "PathActuator";
     const bool crosses = n_reference > 0 && n_reference < static_cast<std::ptrdiff_t>(points.size());
-    if (points.size() < 2 || (!crosses && !has_patella)) return;
-    if (!options_.muscle_share && !has_patella) return void(++n_muscles_);
-    const auto leave_out = [&](const std::string& why) {
-      left_out_.push_back("muscle " + path + ": " + why);
-    };
+    if (points.size() < 2 || (!crosses && !has_follower)) return elsewhere_.push_back(last_name(path));
+    if (!options_.muscle_share && !has_follower) return void(++n_muscles_);
+    const std::string what = "muscle " + path;
     const double largest_n = file_.number(path, node, is_actuator ? "optimal_force" : "max_isometric_force",
                                           is_actuator ? 1.0 : 1000.0);
     const double tension_n = largest_n * (is_actuator ? 1.0 : options_.muscle_share.value_or(1.0));
-    if (!problem.empty()) leave_out(problem + (points.empty() ? "" : ": the line has the others"));
-    if (has_patella) return add_patellar_line(points, patella, tension_n, path, node);
+    if (!problem.empty()) leave_out(what, problem + (points.empty() ? "" : ": the line has the others"));
+    if (has_follower) return add_follower_line(points, follower, tension_n, path, node);
     if (node.find_node([](Node n) { return std::string(n.name()) == "PathWrap"; }))
-      leave_out("its wraps: the line has none");
-    if (!is_reference_side(points.front().part)) std::reverse(points.begin(), points.end());
-    const auto first = std::find_if(points.begin(), points.end(),
-                                    [](const PathPoint& p) { return !is_reference_side(p.part); });
-    if (std::any_of(first, points.end(), [](const PathPoint& p) { return is_reference_side(p.part); }))
-      return leave_out("it goes back to the first body");
+      leave_out(what, "its wraps: the line has none");
+    if (!is_reference(points.front())) std::reverse(points.begin(), points.end());
+    const auto first = std::find_if_not(points.begin(), points.end(), is_reference);
+    if (std::any_of(first, points.end(), is_reference))
+      return leave_out(what, "it goes back to the first body");
     const auto list = [&](auto from, auto to) {
       std::string text;
       for (; from != to; ++from)
@@ -840,34 +872,33 @@ class Conversion {
     lines_ += "\n[[push.line]]\nname = " + quoted_text(last_name(path)) +
               "\ntension_n = " + shortest_decimal(tension_n) + "\nreference_mm = [" +
               list(points.begin(), first) + "]\nmoving_mm = [" + list(first, points.end()) + "]\n";
-    taken_.push_back("muscle " + path + " as a line of " + rounded_text(tension_n) + " N");
+    taken_.push_back(what + " as a line of " + rounded_text(tension_n) + " N");
   }
 
   // Without --muscles: a patella that nothing pulls up slips off the femur.
   static constexpr double quadriceps_n = 30.0;
 
-  void add_patellar_line(const std::vector<PathPoint>& points, std::vector<PathPoint>::const_iterator patella,
+  void add_follower_line(const std::vector<PathPoint>& points, std::vector<PathPoint>::const_iterator at,
                          double tension_n, const std::string& path, Node node)
   {
-    if (patella == points.begin())
-      return left_out_.push_back("muscle " + path + ": it begins on the patella");
-    if (patella + 1 != points.end()) left_out_.push_back("muscle " + path + ": its part beyond the patella");
-    PathPoint from = *(patella - 1);
-    from.part = is_reference_side(from.part) ? Part::reference : Part::moving;
+    const FollowingBody& follower = followers_[model::follower_row(at->object)];
+    if (at == points.begin() || (at - 1)->object == at->object)
+      return leave_out("muscle " + path, "it begins on the " + follower.name);
+    if (at + 1 != points.end()) leave_out("muscle " + path, "its part beyond the " + follower.name);
     model::Fibre line;
     line.name = last_name(path);
-    line.bundle = "quadriceps";
+    line.bundle = follower.is_kneecap() ? "quadriceps" : job::default_bundle(line.name);
     line.tension_n = tension_n;
-    add_fibre(from, *patella, line, path, node);
-    taken_.push_back("muscle " + path + " as a line of the patella, " +
+    add_fibre(*(at - 1), *at, line, path, node);
+    taken_.push_back("muscle " + path + " as a line of the " + follower.name + ", " +
                      (options_.muscle_share ? rounded_text(tension_n) + " N"
                                             : "its share of " + rounded_text(quadriceps_n) + " N"));
   }
 
-  std::string components_text(const std::string& body, Part part) const
+  std::string components_text(const std::string& body, BodyIndex object) const
   {
     std::string text;
-    for (const Component& component : components_.at(part))
+    for (const Component& component : components_.at(object))
       text += "\n[[" + body + ".component]]\nname = " + quoted_text(component.name) +
               "\nfile = " + quoted_text(component.name + ".stl") + "\nmaterial = \"" + component.material +
               "\"\n" + (component.has_contact ? "" : "contact = false                       # drawn only\n");
@@ -908,12 +939,10 @@ class Conversion {
       const auto range = range_.find(named->second.substr(is_negative ? 1 : 0));
       const auto degrees = [](double rad) { return std::round(1e6 * deg_from_rad(rad)) / 1e6; };
       if (range != range_.end()) {
-        const double low_deg = degrees(is_negative ? -range->second[1] : range->second[0]);
-        const double high_deg = degrees(is_negative ? -range->second[0] : range->second[1]);
-        if (std::min(to_deg, high_deg) - std::max(from_deg, low_deg) >= step_deg) {
-          from_deg = std::max(from_deg, low_deg);
-          to_deg = std::min(to_deg, high_deg);
-        }
+        const double low_deg =
+            std::max(from_deg, degrees(is_negative ? -range->second[1] : range->second[0]));
+        const double high_deg = std::min(to_deg, degrees(is_negative ? -range->second[0] : range->second[1]));
+        if (high_deg - low_deg >= step_deg) std::tie(from_deg, to_deg) = std::pair(low_deg, high_deg);
       }
     }
     return "{ from = " + shortest_decimal(from_deg) + ", to = " + shortest_decimal(to_deg) +
@@ -962,9 +991,9 @@ class Conversion {
     text += "\n[frame]\nunit = \"m\"\nanterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\norigin = [" +
             core::numbers_text(origin_m_) +
             "]\n\n[reference]\nname = " + quoted_text(last_name(joint().parent)) + "\n" +
-            components_text("reference", Part::reference) +
+            components_text("reference", BodyIndex::reference) +
             "\n[moving]\nname = " + quoted_text(last_name(joint().child)) + "\n" +
-            components_text("moving", Part::moving) +
+            components_text("moving", BodyIndex::moving) +
             "\n[push]\nforce_n = 20                          # along delta\n" + lines_;
     if (!ligaments_.fibres.empty()) {
       text += "\n[ligaments]\nfibres = \"ligaments.csv\"\n";
@@ -979,7 +1008,11 @@ class Conversion {
       taken_.push_back(std::to_string(ligaments_.fibres.size()) + " fibres, " +
                        std::to_string(ligaments_.wraps.size()) + " wraps");
     }
-    if (components_.contains(Part::follower)) text += follower_text(job);
+    std::vector<std::string> names_of_followers;
+    for (const FollowingBody& follower : followers_) {
+      names_of_followers.push_back(follower.name);
+      text += follower_text(job, follower, names_of_followers);
+    }
     return text + motion_text(names) + "\n[solver]\nmethod = \"equilibrium\"\n\n[smooth]\ndegrees = [" +
            (kind_ == "knee" ? "6" : "") + "]\n";
   }
@@ -992,10 +1025,10 @@ class Conversion {
   }
 
   // The stiffest bundle from the moving object: its width resists turning, which lines do not.
-  std::string tendon_text() const
+  static std::string tendon_text(const model::Ligaments& ligaments)
   {
     std::map<std::string, double> stiffness_n;
-    for (const model::Fibre& fibre : follower_.fibres)
+    for (const model::Fibre& fibre : ligaments.fibres)
       if (fibre.from == BodyIndex::moving) stiffness_n[fibre.bundle] += fibre.stiffness_n;
     const auto stiffest = std::ranges::max_element(stiffness_n, {}, [](const auto& of) { return of.second; });
     if (stiffest == stiffness_n.end() || !(stiffest->second > 0.0)) return "";
@@ -1004,40 +1037,58 @@ class Conversion {
            quoted_text(stiffest->first) + "\nstiffness_nmm_per_rad = 3000\n";
   }
 
-  std::string follower_text(OsimJob& job)
+  // A kneecap meets what it touches posteriorly; another body where that is nearest.
+  std::string contact_text(const FollowingBody& follower, BodyIndex object) const
   {
-    const auto body = std::find_if(order_.begin(), order_.end(), [&](const std::string& path) {
-      return bodies_.at(path).part == Part::follower;
-    });
+    if (follower.is_kneecap()) return "";
+    const std::vector<Eigen::Vector3d>& own = vertices_m_.at(object);
+    const Eigen::Vector3d centre_m =
+        std::accumulate(own.begin(), own.end(), Eigen::Vector3d(Eigen::Vector3d::Zero())) /
+        static_cast<double>(own.size());
+    const Eigen::Vector3d nearest_m =
+        *std::ranges::min_element(vertices_m_.at(follower.of), {},
+                                  [&](const Eigen::Vector3d& p_m) { return (p_m - centre_m).squaredNorm(); });
+    std::vector<std::string> delta;
+    for (const double x : (nearest_m - centre_m).normalized()) delta.push_back(rounded_text(x, 3));
+    return "of = \"" + std::string(name_of(follower.of)) + "\"\npush.delta = [" + joined(delta) +
+           "]        # to the nearest point of it\n";
+  }
+
+  std::string follower_text(OsimJob& job, const FollowingBody& follower,
+                            const std::vector<std::string>& names)
+  {
+    const BodyIndex object = model::follower_index(names.size() - 1);
+    const model::Ligaments& ligaments = follower.ligaments;
     double tension_n = 0.0;
-    for (const model::Fibre& fibre : follower_.fibres) tension_n += fibre.tension_n;
-    std::string text =
-        "\n[[follower]]                          # the kneecap: schemas/followers.md\nname = "
-        "\"patella\"\ncentre_mm = [" +
-        core::numbers_text(mm_per_metre * follower_centre_m_) + "]\nfibres = \"patella_fibres.csv\"\n";
-    if (!follower_.wraps.empty()) {
-      text += "wraps = \"patella_wraps.json\"\n";
-      job.files.emplace_back("patella_wraps.json", wraps_text(follower_));
+    for (const model::Fibre& fibre : ligaments.fibres) tension_n += fibre.tension_n;
+    const std::string fibres = follower.name + "_fibres.csv", wraps = follower.name + "_wraps.json";
+    std::string text = "\n[[follower]]                          # " +
+                       std::string(follower.is_kneecap() ? "the kneecap: " : "") +
+                       "schemas/followers.md\nname = " + quoted_text(follower.name) + "\ncentre_mm = [" +
+                       core::numbers_text(mm_per_metre * follower.centre_m) +
+                       "]\nfibres = " + quoted_text(fibres) + "\n";
+    if (!ligaments.wraps.empty()) {
+      text += "wraps = " + quoted_text(wraps) + "\n";
+      job.files.emplace_back(wraps, wraps_text(ligaments, names));
     }
-    text += transition_text();
+    text += contact_text(follower, object) + transition_text();
     if (tension_n > 0.0)
       text += options_.muscle_share
                   ? "tension_n = " + shortest_decimal(tension_n) + "\n"
                   : "tension_n = " + shortest_decimal(quadriceps_n) +
                         "                        # of its lines together; --muscles: the model's\n";
-    if (std::ranges::any_of(components_.at(Part::reference),
-                            [](const Component& c) { return !c.has_contact; }))
+    if (std::ranges::any_of(components_.at(follower.of), [](const Component& c) { return !c.has_contact; }))
       text += "touches_visual = true                 # also what is drawn only\n";
-    text += tendon_text();
-    job.files.emplace_back("patella_fibres.csv",
-                           kneecap_table(follower_, std::nullopt, "from an OpenSim model"));
-    taken_.push_back(last_name(*body) + " as a follower with " + std::to_string(follower_.fibres.size()) +
-                     " fibres and lines");
-    return text + components_text("follower", Part::follower);
+    if (follower.is_kneecap()) text += tendon_text(ligaments);
+    job.files.emplace_back(fibres, follower_table(ligaments, names, std::nullopt, "from an OpenSim model"));
+    taken_.push_back(last_name(follower.body) + " as a follower with " +
+                     std::to_string(ligaments.fibres.size()) + " fibres and lines");
+    return text + components_text("follower", object);
   }
 
   const OsimJobOptions& options_;
   OsimFile file_;
+  const std::map<std::string, std::string>& dropped_;
   std::vector<OsimJoint> joints_;
   std::size_t joint_ = 0;
   std::map<std::string, double> default_;  // of coordinates
@@ -1045,12 +1096,14 @@ class Conversion {
   std::string kind_;
   Side side_ = Side::right;
   Eigen::Matrix3d R_body_file_ = Eigen::Matrix3d::Identity();  // of the joint's parent
-  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero(), follower_centre_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   std::map<std::string, PlacedBody> bodies_;
-  std::vector<std::string> order_;
+  std::vector<FollowingBody> followers_;
+  std::vector<std::string> neighbours_, elsewhere_;
   std::set<std::string> names_;
-  std::map<Part, std::vector<Component>> components_;
-  model::Ligaments ligaments_, follower_;
+  std::map<BodyIndex, std::vector<Component>> components_;
+  std::map<BodyIndex, std::vector<Eigen::Vector3d>> vertices_m_;
+  model::Ligaments ligaments_;
   std::optional<double> transition_strain_;
   std::string lines_;
   int n_muscles_ = 0;
@@ -1062,7 +1115,13 @@ class Conversion {
 
 OsimJob osim_job(const OsimJobOptions& options)
 {
-  return Conversion(options).result();
+  std::map<std::string, std::string> dropped;
+  while (true) {
+    Conversion conversion(options, dropped);
+    std::map<std::string, std::string> more = conversion.impossible_followers();
+    if (more.empty()) return conversion.result();
+    dropped.merge(more);
+  }
 }
 
 }  // namespace vrda::prepare

@@ -17,6 +17,7 @@ struct OsimJobOptions {
   std::vector<std::string> folders;  ///< of mesh files, searched after the model's own
   std::optional<Side> side;          ///< default: by the names and axes of the joint
   std::vector<std::string> drawn;  ///< meshes that are only drawn; empty: menisci and fibula, "none": no mesh
+  std::vector<std::string> followers;  ///< bodies that follow the joint; empty: patella and fabella
   std::optional<double> muscle_share;  ///< of the largest isometric force: muscles become lines of tension
 };
 

@@ -147,6 +147,8 @@ std::vector<DirectionSpring> direction_springs(const job::Follower& follower, Bo
     spring.axis = solver_translation_mm(frame, direction.axis).normalized();
     const Eigen::Vector3d rest_solver = solver_translation_mm(frame, rest);
     spring.rest = (rest_solver - spring.axis.dot(rest_solver) * spring.axis).normalized();
+    const auto [sin, cos] = sin_cos(direction.rest_rad);
+    if (sin != 0.0) spring.rest = cos * spring.rest + sin * spring.axis.cross(spring.rest).eval();
     springs.push_back(spring);
   }
   return springs;

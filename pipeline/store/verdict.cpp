@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "core/text.hpp"
@@ -26,7 +27,9 @@ enum class Quantity {
   medial_facet,
   lateral_facet,
   medial_contact,
-  lateral_contact
+  lateral_contact,
+  patellar_flexion,
+  patellar_shift
 };
 enum class Spread { published, assumed };
 
@@ -43,6 +46,8 @@ constexpr const char* derived = "Walker 1988, 22 mm from the middle";
 constexpr const char* chen = "Chen 2014, in vivo, active";
 constexpr const char* limit = "mean curve of Walker 1988";
 constexpr const char* judged = "judgement after Johal 2005, Freeman 2005";
+constexpr const char* review = "review of Yu 2019: 30 to 40 % behind";
+constexpr const char* eisenhart = "von Eisenhart-Rothe 2004, in vivo, from 30 degrees";
 
 /// By quantity, then flexion. Ranges are two standard deviations. Assumed ones: 5 degrees; 2.5 mm of the
 /// middle, 3 and 4 mm of the facet centres, half of each at 15 degrees, where knees have moved less.
@@ -77,6 +82,8 @@ constexpr Published published_values[] = {
     {Quantity::lateral_facet, 90, -13.3, -21.3, -5.3, Spread::assumed, derived},
     {Quantity::medial_contact, 90, -8, -14, -3, Spread::assumed, judged},
     {Quantity::lateral_contact, 90, -12, -20, -6, Spread::assumed, judged},
+    {Quantity::patellar_flexion, nan, 65, 45, 85, Spread::assumed, review},
+    {Quantity::patellar_shift, 90, 1.8, -4.2, 7.8, Spread::assumed, eisenhart},
 };
 
 /// A published value farther away than this is not compared: the table's flexions are 15 degrees apart.
@@ -369,6 +376,82 @@ void add_contacts(Verdict& verdict, const MotionModel& model)
              Quantity::lateral_contact);
 }
 
+// Runs of flexions, and what is found along them.
+
+template <typename IsFound>
+void add_runs(FlexionRuns& runs, const std::vector<double>& flexion_deg, const IsFound& is_found)
+{
+  bool is_run = false;
+  for (std::size_t i = 0; i < flexion_deg.size(); ++i) {
+    const bool was_run = std::exchange(is_run, is_found(i));
+    if (!is_run) continue;
+    runs.flexion_deg.push_back(flexion_deg[i]);
+    if (was_run) {
+      runs.to_deg.back() = flexion_deg[i];
+    } else {
+      runs.from_deg.push_back(flexion_deg[i]);
+      runs.to_deg.push_back(flexion_deg[i]);
+    }
+  }
+}
+
+/// Sets with poses of the followers that the solver found, or that are smoothed from them.
+bool has_solved_followers(const std::string& set)
+{
+  return !set.starts_with("quantile_") && set != bones_alone_name;
+}
+
+/// At a cell: the status of no stable pose, or the objection to it; empty: no finding.
+std::string finding_of(const FollowerRows& rows, Eigen::Index cell)
+{
+  const auto status = static_cast<StepStatus>(rows.status.data()[cell]);
+  if (status != StepStatus::stable) return name_of(status);
+  if (rows.plausibility.size() == 0) return "";
+  const auto plausibility = static_cast<Plausibility>(rows.plausibility.data()[cell]);
+  return plausibility > Plausibility::nothing_found ? name_of(plausibility) : "";
+}
+
+std::vector<FollowerFinding> follower_findings(const MotionModel& model, const std::string& set)
+{
+  std::vector<FollowerFinding> all;
+  if (!has_solved_followers(set)) return all;
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  for (const FollowerRows& rows : model.followers) {
+    std::vector<std::string> found;
+    for (const Eigen::Index cell : spine) found.push_back(cell < 0 ? "" : finding_of(rows, cell));
+    for (const std::string& finding : std::set<std::string>(found.begin(), found.end())) {
+      if (finding.empty()) continue;
+      FollowerFinding& one = all.emplace_back();
+      one.follower = rows.name;
+      one.finding = finding;
+      add_runs(one, model.flexion_deg, [&](std::size_t i) { return found[i] == finding; });
+    }
+  }
+  return all;
+}
+
+/// Flexion of the kneecap in percent of that of the knee, and its lateral shift beyond 30 degrees.
+void add_patella(Verdict& verdict, const MotionModel& model)
+{
+  const auto patella = std::ranges::find(model.followers, "patella", &FollowerRows::name);
+  if (patella == model.followers.end() || !has_solved_followers(verdict.set)) return;
+  const double to_deg = verdict.to_flexion_deg;
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const std::vector<double> flexion_deg = curves_of(model, "raw").flexion_deg;
+  const auto change_from = [&](double from_deg, const GridD& coordinate) {
+    Curve curve{flexion_deg, {}};
+    for (const Eigen::Index cell : spine) curve.value.push_back(cell < 0 ? nan : coordinate.data()[cell]);
+    return value_at(curve, to_deg) - value_at(curve, from_deg);
+  };
+  const double from_deg = verdict.from_flexion_deg;
+  const double share = 100.0 * change_from(from_deg, patella->flexion_deg) / (to_deg - from_deg);
+  verdict.measures.push_back(compared({"patellar_flexion_share", "patellar flexion, of the knee's", "%"},
+                                      {share, nan}, Quantity::patellar_flexion, end_deg));
+  verdict.measures.push_back(compared({"patellar_shift", "lateral patellar shift from 30 degrees", "mm"},
+                                      {change_from(early_deg, patella->lateral_mm), to_deg},
+                                      Quantity::patellar_shift, to_deg));
+}
+
 // Lift-off.
 
 /// Gaps of both compartments at the flexions that have a pose; NaN where nothing faces.
@@ -427,20 +510,10 @@ std::optional<std::vector<LiftOff>> lift_off_of(const MotionModel& model, const 
   if (!gaps) return std::nullopt;
   std::vector<LiftOff> both;
   for (const auto& [side, name, meaning] : compartment_names) {
-    LiftOff& lift_off = both.emplace_back(LiftOff{name, {}});
-    bool is_run = false;
-    for (std::size_t i = 0; i < gaps->flexion_deg.size(); ++i) {
-      const double flexion_deg = gaps->flexion_deg[i];
-      const bool was_run = std::exchange(is_run, !(gaps->gap_mm[side][i] <= perceptible_mm));
-      if (!is_run) continue;
-      lift_off.flexion_deg.push_back(flexion_deg);
-      if (was_run) {
-        lift_off.to_deg.back() = flexion_deg;
-      } else {
-        lift_off.from_deg.push_back(flexion_deg);
-        lift_off.to_deg.push_back(flexion_deg);
-      }
-    }
+    LiftOff& lift_off = both.emplace_back();
+    lift_off.compartment = name;
+    const std::vector<double>& gap_mm = gaps->gap_mm[side];
+    add_runs(lift_off, gaps->flexion_deg, [&](std::size_t i) { return !(gap_mm[i] <= perceptible_mm); });
   }
   return both;
 }
@@ -477,17 +550,22 @@ std::string line_of(const VerdictMeasure& m)
   return m.standing == Standing::not_compared ? line : line + ": " + name_of(m.standing);
 }
 
+/// "at flexion 5 to 10, 20".
+std::string runs_text(const FlexionRuns& runs)
+{
+  std::vector<std::string> flexions;
+  for (std::size_t k = 0; k < runs.from_deg.size(); ++k)
+    flexions.push_back(runs.from_deg[k] == runs.to_deg[k]
+                           ? tenths(runs.from_deg[k])
+                           : tenths(runs.from_deg[k]) + " to " + tenths(runs.to_deg[k]));
+  return " at flexion " + joined(flexions);
+}
+
 std::string line_of(const std::vector<LiftOff>& both)
 {
   std::vector<std::string> sides;
-  for (const LiftOff& side : both) {
-    std::vector<std::string> flexions;
-    for (std::size_t k = 0; k < side.from_deg.size(); ++k)
-      flexions.push_back(side.from_deg[k] == side.to_deg[k]
-                             ? tenths(side.from_deg[k])
-                             : tenths(side.from_deg[k]) + " to " + tenths(side.to_deg[k]));
-    if (!flexions.empty()) sides.push_back(side.compartment + " at flexion " + joined(flexions));
-  }
+  for (const LiftOff& side : both)
+    if (!side.flexion_deg.empty()) sides.push_back(side.compartment + runs_text(side));
   return "  lift-off (gap above " + rounded_text(perceptible_mm) +
          " mm): " + (sides.empty() ? "at no flexion" : joined(sides, "; "));
 }
@@ -514,6 +592,9 @@ std::string sentence_of(const Verdict& verdict)
                      (outside.empty() ? "" : " in " + joined(outside));
   if (std::isfinite(verdict.prior_share))
     text += "; decided by the prior to " + rounded_text(std::round(100.0 * verdict.prior_share)) + " %";
+  for (const FollowerFinding& found : verdict.followers)
+    text += "; " + found.follower + ": " + found.finding + " at " + std::to_string(found.flexion_deg.size()) +
+            (found.flexion_deg.size() == 1 ? " flexion" : " flexions");
   return text + ".";
 }
 
@@ -539,6 +620,8 @@ std::optional<Verdict> verdict_of(const MotionModel& model, const std::string& s
   add_rotation(verdict, rotation_within(rotation, extent));
   add_facets(verdict, curves);
   add_contacts(verdict, model);
+  add_patella(verdict, model);
+  verdict.followers = follower_findings(model, set);
   verdict.lift_off = lift_off_of(model, set);
   verdict.prior_share = prior_share_of(model, set);
   verdict.sentence = sentence_of(verdict);
@@ -604,6 +687,8 @@ std::vector<std::string> lines_of(const Verdict& verdict)
     lines.emplace_back("  contacts are those of the solved poses (" + verdict.contacts_of + ")");
   lines.push_back(verdict.lift_off ? line_of(*verdict.lift_off)
                                    : "  lift-off: the gaps of this motion are not known");
+  for (const FollowerFinding& found : verdict.followers)
+    lines.push_back("  " + found.follower + ": " + found.finding + runs_text(found));
   return lines;
 }
 

@@ -60,18 +60,44 @@ constexpr auto fields_of(const VerdictMeasure*)
                     Field{"source", &M::source}};
 }
 
-/// Flexions at which a compartment is not in contact: its gap is above perceptible_mm, or nothing faces it.
-struct LiftOff {
-  std::string compartment;  ///< "medial" or "lateral"
+/// Flexions at which something was found, and the first and last of those that follow each other.
+struct FlexionRuns {
   std::vector<double> flexion_deg;
-  std::vector<double> from_deg = {}, to_deg = {};  ///< first and last of those that follow each other
+  std::vector<double> from_deg = {}, to_deg = {};
+
+  bool operator==(const FlexionRuns&) const = default;
+};
+
+template <typename M>
+constexpr auto fields_of_runs()
+{
+  return std::tuple{Field{"flexion_deg", &M::flexion_deg, unit::degree},
+                    Field{"from_deg", &M::from_deg, unit::degree}, Field{"to_deg", &M::to_deg, unit::degree}};
+}
+
+/// Flexions at which a compartment is not in contact: its gap is above perceptible_mm, or nothing faces it.
+struct LiftOff : FlexionRuns {
+  std::string compartment;  ///< "medial" or "lateral"
 };
 
 constexpr auto fields_of(const LiftOff*)
 {
-  return std::tuple{
-      Field{"compartment", &LiftOff::compartment}, Field{"flexion_deg", &LiftOff::flexion_deg, unit::degree},
-      Field{"from_deg", &LiftOff::from_deg, unit::degree}, Field{"to_deg", &LiftOff::to_deg, unit::degree}};
+  return std::tuple_cat(std::tuple{Field{"compartment", &LiftOff::compartment}}, fields_of_runs<LiftOff>());
+}
+
+/// Solved flexions of the joint at which a follower has no stable pose, or an implausible one.
+struct FollowerFinding : FlexionRuns {
+  std::string follower;
+  std::string finding;  ///< name of the status or of the plausibility
+
+  bool operator==(const FollowerFinding&) const = default;
+};
+
+constexpr auto fields_of(const FollowerFinding*)
+{
+  using F = FollowerFinding;
+  return std::tuple_cat(std::tuple{Field{"follower", &F::follower}, Field{"finding", &F::finding}},
+                        fields_of_runs<F>());
 }
 
 struct Verdict {
@@ -81,6 +107,7 @@ struct Verdict {
   std::vector<VerdictMeasure> measures;                 ///< empty: no verdict
   std::string contacts_of;  ///< the set whose contact paths are measured; may be empty
   std::optional<std::vector<LiftOff>> lift_off = std::nullopt;  ///< both compartments, if gaps are known
+  std::vector<FollowerFinding> followers = {};                  ///< of the solved poses along the spine
   double prior_share = nan;  ///< part of the motion that a prior decided, 0 to 1; NaN: none
 };
 
@@ -93,6 +120,7 @@ constexpr auto fields_of(const Verdict*)
                     Field{"measures", &Verdict::measures},
                     Field{"contacts_of", &Verdict::contacts_of},
                     Field{"lift_off", &Verdict::lift_off},
+                    Field{"followers", &Verdict::followers},
                     Field{"prior_share", &Verdict::prior_share, unit::one}};
 }
 
@@ -102,7 +130,8 @@ constexpr auto fields_of(const Verdict*)
 std::optional<Verdict> verdict_of(const MotionModel& model, const std::string& set);
 
 /// "From 0 to 90 degrees of flexion the motion is outside the published range (spread assumed) in net
-/// internal rotation; decided by the prior to 80 %." from the measures and the prior's share.
+/// internal rotation; decided by the prior to 80 %; patella: dislocated at 3 flexions." from the measures,
+/// the prior's share and the followers.
 std::string sentence_of(const Verdict& verdict);
 
 /// Of a model with a prior: that its default motion is a model, what the prior decided, the net rotation with

@@ -10,7 +10,6 @@
 #include "analysis/plates.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "geometry/shapes.hpp"
 #include "job/job_parts.hpp"
 #include "model/frames.hpp"
 #include "support/meshes.hpp"
@@ -271,24 +270,11 @@ from = -30
 to = 30
 )";
 
-// Of the generic knee with its patella's fibres in files: the fitted files, read again.
+// Of the generic knee, whose patella's fibres are generated: the fitted files, read again with its wraps.
 TEST(FitFiles, TheWrittenFibresOfAFollowerHaveTheChangedStrainsEndsAndTension)
 {
   const test::Scratch scratch;
-  const geometry::FollowerTexts texts = geometry::follower_texts({"knee", {}, {}});
-  scratch.write("patella.csv", texts.fibres);
-  scratch.write("patella.json", texts.wraps);
-  std::string knee = *read_text_file(VRDA_SOURCE_DIR "/jobs/knee-generic.toml") + unknowns_of_the_patella;
-  const std::string generated = "generate = { shape = \"knee\" }         # fibres";
-  ASSERT_NE(knee.find(generated), std::string::npos);
-  EXPECT_THAT(test::input_error([&] {
-                const job::Job job = generic_knee(unknowns_of_the_patella);
-                unknowns_of(job, job::load_case(job::over_flexions(job, {0.0}), ""));
-              }),
-              test::refuses({.field = "fit.parameter.0.follower", .found = "generated"}));
-  knee.replace(knee.find(generated), generated.size(),
-               "fibres = \"patella.csv\"\nwraps = \"patella.json\" #");
-  const job::Job job = job::read_job(scratch.write("knee.toml", knee).string());
+  const job::Job job = generic_knee(unknowns_of_the_patella);
   const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
   const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
   ASSERT_EQ(unknowns.size(), 3u);
@@ -313,6 +299,7 @@ TEST(FitFiles, TheWrittenFibresOfAFollowerHaveTheChangedStrainsEndsAndTension)
     EXPECT_NEAR(after[k] - before[k], is_tendon ? 0.02 : 0.0, 1e-12) << fibre.name;
     EXPECT_NEAR(fibre.reference_mm.y() - given.reference_mm.y(), is_tendon ? 3.0 : 0.0, 1e-9) << fibre.name;
     EXPECT_NEAR((fibre.moving_mm - given.moving_mm).norm(), 0.0, 1e-9) << fibre.name;
+    EXPECT_EQ(fibre.wrap, given.wrap) << fibre.name;
   }
 }
 

@@ -195,6 +195,22 @@ to = 0.1
   EXPECT_LT((follower_of(truth).proximal_mm - follower_of(fitted).proximal_mm).abs().maxCoeff(), 0.02);
 }
 
+// Lines without tension are left out; the strains of the table's other fibres stay theirs.
+TEST(Followers, LinesWithoutTensionLeaveTheOtherFibresAsTheyAre)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::sesamoid_job(scratch, test::small_knee_job(scratch, "right"));
+  const auto solved = [&](const char* tension) {
+    return follower_of(test::solved(
+        job, {"solver.method=equilibrium", "grid.varus=free", "grid.flexion={from=0,to=2,step=2}", tension}));
+  };
+  const store::FollowerRows pulled = solved("follower.0.tension_n=20"),
+                            loose = solved("follower.0.tension_n=0");
+  EXPECT_EQ(loose.ligaments->name, (std::vector<std::string>{"tendon1", "tendon2"}));
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_EQ(loose.ligaments->slack_length_mm[k], pulled.ligaments->slack_length_mm[3 + k]) << k;
+}
+
 // Each sample is the run of a job with its inputs, and the bands are those of the samples.
 TEST(Followers, ASampleIsTheRunOfAJobWithItsInputs)
 {
@@ -207,20 +223,29 @@ TEST(Followers, ASampleIsTheRunOfAJobWithItsInputs)
   const store::MotionModel model = test::solved(scratch.path() / "uncertain.toml", settings);
   ASSERT_TRUE(model.uncertainty);
   const store::UncertainMotion& motion = *model.uncertainty;
-  EXPECT_THAT(motion.draw, testing::ElementsAre("load bead tension", "stiffness bead tendon"));
+  EXPECT_THAT(
+      motion.draw,
+      testing::ElementsAre("load bead tension", "stiffness bead tendon",
+                           "attachment bead moving tendon anterior", "attachment bead moving tendon proximal",
+                           "attachment bead moving tendon right", "direction bead tendon"));
   ASSERT_EQ(motion.followers.size(), 1u);
   const store::UncertainFollower& bead = motion.followers[0];
   EXPECT_THAT(bead.n_solved, testing::ElementsAre(10, 10));
   for (const std::size_t s : {2u, 7u}) {
     SCOPED_TRACE(s);
-    const std::string stiffness_n = shortest_decimal(500.0 * motion.value[2 * s + 1]);
-    std::string fibres = test::text_of(scratch.path() / "bead.csv");
-    for (std::size_t at = 0; (at = fibres.find(",500,", at)) != std::string::npos;)
-      fibres.replace(at + 1, 3, stiffness_n);
-    scratch.write("stiffer.csv", fibres);
+    const double* drawn = motion.value.data() + 6 * s;
+    // Attachments keep their strain in the scan.
+    const fs::path other = scratch.write(
+        "other.csv", std::regex_replace(test::text_of(scratch.path() / "bead.csv"), std::regex(",500,"),
+                                        "," + shortest_decimal(500.0 * drawn[1]) + ","));
+    for (const double z_mm : {18.0, 22.0})
+      test::edit(other, "tibia,5,-12," + shortest_decimal(z_mm),
+                 "tibia," + shortest_decimal(5.0 + drawn[2]) + "," + shortest_decimal(drawn[3] - 12.0) + "," +
+                     shortest_decimal(z_mm + drawn[4]));
     std::vector<std::string> own = settings;
-    own.push_back("follower.0.tension_n=" + shortest_decimal(20.0 + motion.value[2 * s]));
-    own.push_back("follower.0.fibres=stiffer.csv");
+    own.push_back("follower.0.tension_n=" + shortest_decimal(20.0 + drawn[0]));
+    own.push_back("follower.0.fibres=other.csv");
+    own.push_back("follower.0.direction.0.rest_deg=" + shortest_decimal(drawn[5]));
     const store::FollowerRows alone = follower_of(test::solved(job, own));
     for (std::size_t i = 0; i < 2; ++i) {
       // The joint starts elsewhere: its equilibria agree within the solver's tolerance.

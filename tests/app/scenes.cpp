@@ -178,6 +178,19 @@ bundle = "tendon"
 distribution = "uniform"
 from = 0.5
 to = 2
+[[uncertainty.parameter]]
+quantity = "attachment"
+follower = "bead"
+bundle = "tendon"
+body = "tibia"
+distribution = "uniform"
+to = 2
+[[uncertainty.parameter]]
+quantity = "direction"
+follower = "bead"
+bundle = "tendon"
+distribution = "normal"
+sd = 10
 )";
 
 bool runs_full_set()

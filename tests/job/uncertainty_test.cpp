@@ -5,8 +5,8 @@
 #include <set>
 
 #include "job/job.hpp"
-#include "job/sampled_case.hpp"
 #include "job/job_parts.hpp"
+#include "job/sampled_case.hpp"
 
 namespace vrda::uncertainty_test {
 
@@ -318,6 +318,64 @@ shared_by = "fibre")");
   }
   EXPECT_GT(farthest_mm, 3.5);
   EXPECT_LT(farthest_mm, 5.0);
+}
+
+// Lines on the femur far from the bone move freely; the tendon on the patella moves along it. What is given
+// is kept: strains in the scan, or slack lengths.
+TEST(SampledCase, attachments_and_direction_of_a_follower)
+{
+  const std::string follower = R"([[follower]]
+name = "patella"
+generate = { shape = "knee" }
+[[follower.component]]
+name = "patella"
+generate = { shape = "knee", part = "patella", resolution = 0.5 }
+[[follower.direction]]
+bundle = "PT"
+stiffness_nmm_per_rad = 3000
+)";
+  const auto of_patella = [](const std::string& keys) {
+    return parameter("follower = \"patella\"\ndistribution = \"normal\"\n" + keys);
+  };
+  job::Case job =
+      knee(of_patella("quantity = \"attachment\"\nbody = \"reference\"\nbundle = \"QUAD\"\nsd = 3") +
+           of_patella("quantity = \"attachment\"\nbody = \"patella\"\nbundle = \"PT\"\nsd = 3") +
+           of_patella("quantity = \"direction\"\nbundle = \"PT\"\nsd = 5") + follower);
+  std::vector<double>& given_strain = job.followers.at(0).reference_strain;
+  EXPECT_TRUE(std::isnan(given_strain.at(0))) << "the shape has slack lengths";
+  for (std::size_t k = 0; k < given_strain.size(); k += 2) given_strain[k] = 0.02;
+  const job::SampledCase samples(job);
+  ASSERT_EQ(samples.draw_names().size(), 7u);
+  EXPECT_EQ(samples.draw_names()[0], "attachment patella reference QUAD anterior");
+  EXPECT_EQ(samples.draw_names()[6], "direction patella PT");
+  const job::Follower& given = job.followers.at(0);
+  const std::vector<double> strain = job::scan_strains(job.followers, 0);
+  int n_lines = 0, n_moved = 0;
+  for (const int s : {0, 17, 63}) {
+    const job::Case sampled = samples.at(s);
+    const job::Follower& patella = sampled.followers.at(0);
+    EXPECT_DOUBLE_EQ(patella.directions[0].rest_rad, rad_from_deg(samples.values()(s, 6)));
+    const std::vector<double> sampled_strain = job::scan_strains(sampled.followers, 0);
+    for (std::size_t k = 0; k < strain.size(); ++k) {
+      const model::Fibre &before = given.ligaments.fibres[k], &after = patella.ligaments.fibres[k];
+      const Eigen::Vector3d from = after.reference_mm - before.reference_mm,
+                            to = after.moving_mm - before.moving_mm;
+      const bool is_line = before.tension_n > 0.0, is_tendon = before.bundle == "PT";
+      n_lines += is_line;
+      n_moved += is_tendon && to.norm() > 0.5;
+      EXPECT_NEAR((from - (is_line ? 1.0 : 0.0) * samples.values().row(s).head<3>().transpose()).norm(), 0.0,
+                  1e-9)
+          << k;
+      EXPECT_EQ(to.norm() > 0.0, is_tendon) << k;
+      if (is_line) continue;
+      if (k % 2 == 0)
+        EXPECT_NEAR(sampled_strain[k], strain[k], 1e-9) << k;
+      else
+        EXPECT_EQ(after.slack_length_mm, before.slack_length_mm) << k;
+    }
+  }
+  EXPECT_GT(n_lines, 3);
+  EXPECT_GT(n_moved, 3);
 }
 
 TEST(SampledCase, loads_and_centre)

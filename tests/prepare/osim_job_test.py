@@ -8,6 +8,7 @@ import io
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -115,14 +116,14 @@ class Model:
         return element("CustomJoint", element("socket_parent_frame", "femur_offset") + element("socket_child_frame", "tibia_offset") +
                        element("coordinates", coordinates) + element("frames", frames) + element("SpatialTransform", transform), "knee_r")
 
-    def write(self, folder, forces=""):
+    def write(self, folder, forces="", more_bodies="", more_joints=""):
         (folder / "Geometry").mkdir(parents=True)
         parts = {"femur": ["femur_cartilage"], "tibia": ["tibia_cartilage", "tibia_bone", "meniscus_medial", "meniscus_lateral"]}
         for mesh in sum(parts.values(), []):
             shutil.copyfile(DATA / f"knees/jam-smith2019/{mesh}.stl", folder / f"Geometry/{mesh}.stl")
-        bodies = "".join(self.body(key, meshes) for key, meshes in parts.items()) + element("Body", "", "pelvis")
+        bodies = "".join(self.body(key, meshes) for key, meshes in parts.items()) + element("Body", "", "pelvis") + more_bodies
         hip = element("PinJoint", element("socket_parent_frame", "/bodyset/pelvis") + element("socket_child_frame", "/bodyset/femur_distal_r"), "hip_r")
-        content = (element("BodySet", element("objects", bodies), "bodyset") + element("JointSet", element("objects", hip + self.joint()), "jointset") +
+        content = (element("BodySet", element("objects", bodies), "bodyset") + element("JointSet", element("objects", hip + self.joint() + more_joints), "jointset") +
                    element("ForceSet", element("objects", "".join(map(self.fibre, self.fibres)) + forces), "forceset"))
         (folder / "knee.osim").write_text(f'<OpenSimDocument Version="40000"><Model name="jam">{content}</Model></OpenSimDocument>', encoding="utf-8")
         return folder / "knee.osim"
@@ -132,7 +133,7 @@ def fibres_of(file):
     with open(file, encoding="utf-8") as lines:
         rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     columns = [name for name in rows[0] if name.endswith("_mm")] + [next(name for name in rows[0] if name.startswith("stiffness"))]
-    return [(row["name"], row["wrap"]) for row in rows], numpy.array([[float(row[name]) for name in columns] for row in rows])
+    return [(row["name"], row["wrap"]) for row in rows], numpy.array([[float(row[name] or "nan") for name in columns] for row in rows])
 
 
 @unittest.skipUnless((DATA / "knees").is_dir(), "real knees not found: set VRDA_DATA to the folder that contains `knees`")
@@ -169,13 +170,63 @@ class RealKnee(unittest.TestCase):
                         element("linear_stiffness", "1") + element("slack_length", "1"), "bent")
         file = model.write(self.folder / "m", muscle + three + element("CoordinateActuator", "", "motor"))
         report = json.loads(run("convert", "osim", file, "--joint", "knee_r", "-o", self.folder / "a", "--json"))
-        self.assertEqual(report["left_out"], ["ligament /forceset/bent: 3 points, a fibre has two", "1 CoordinateActuator",
+        self.assertEqual(report["left_out"], ["bodies on other joints: pelvis; --followers NAME takes one", "ligament /forceset/bent: 3 points, a fibre has two", "1 CoordinateActuator",
                                               "1 muscles across the joint: --muscles SHARE takes them as lines"])
         run("convert", "osim", file, "--joint", "knee_r", "-o", self.folder / "b", "--muscles", "0.2")
         (line,) = tomllib.loads((self.folder / "b/knee.toml").read_text(encoding="utf-8"))["push"]["line"]
         self.assertEqual((line["name"], line["tension_n"]), ("biceps", 200))
         numpy.testing.assert_allclose(line["reference_mm"], [[0, 400, 0] - 1e3 * CENTRE_M], atol=1e-9)
         numpy.testing.assert_allclose(line["moving_mm"], [[10, -60, 2] - 1e3 * CENTRE_M], atol=1e-9)
+
+    def test_bodies_that_follow(self):
+        # Two of this knee, one of the other knee, one on a joint that the knee does not move; forces of other joints.
+        model = Model()
+
+        def body(name, parent, translation_mm, size):
+            mesh = element("Mesh", element("socket_frame", "..") + element("mesh_file", "patella_cartilage.stl") + element("scale_factors", text([size] * 3)), name)
+            frame = element("PhysicalOffsetFrame", element("socket_parent", f"/bodyset/{parent}") + element("translation", text(1e-3 * numpy.array(translation_mm))), "at")
+            joint = element("PinJoint", element("socket_parent_frame", "at") + element("socket_child_frame", f"/bodyset/{name}") + element("frames", frame), f"{name}_joint")
+            return element("Body", element("attached_geometry", mesh), name), joint
+
+        def fibre(name, one, other, kind="Blankevoort1991Ligament", wrap=""):
+            at = {"femur_distal_r": "0.01 0 0.03", "tibia_proximal_r": "0.02 -0.03 0.01", "fabella_r": "0.016 0.0015 0.0012"}
+            return element(kind, model.path([(end, at.get(end, "0.053 0.005 0.004")) for end in (one, other)], wrap) + element("linear_stiffness", "100") +
+                           element("slack_length", "0.02"), name)
+
+        bodies = [body("patella_r", "femur_distal_r", [0, 0, 0], 1e-3), body("femur_l", "pelvis", [0, 0, -200], 1e-3), body("patella_l", "femur_l", [0, 0, 0], 1e-3),
+                  body("fabella_r", "femur_distal_r", [-60, 10, 15], 3e-4), body("fibula_r", "tibia_proximal_r", [-90, -60, 30], 1e-3)]
+        forces = [fibre("PT1", "tibia_proximal_r", "patella_r", wrap=model.wraps[0]["name"]), fibre("quad", "pelvis", "patella_r", "Thelen2003Muscle"), fibre("FFL1", "fabella_r", "tibia_proximal_r"),
+                  fibre("FFL2", "fabella_r", "femur_distal_r"), fibre("link1", "patella_r", "fabella_r"), fibre("LCL9", "femur_distal_r", "fibula_r"),
+                  fibre("PT1_l", "femur_l", "patella_l"), fibre("vastus_l", "femur_l", "patella_l", "Thelen2003Muscle"), fibre("psoas", "pelvis", "femur_l", "PathActuator")]
+        file = model.write(self.folder / "m", "".join(forces), "".join(one for one, _ in bodies), "".join(joint for _, joint in bodies))
+        command = ("convert", "osim", file, "--joint", "knee_r", "--geometry", DATA / "patella/jam-smith2019", "--json")
+        report = json.loads(run(*command, "-o", self.folder / "job"))
+        self.assertEqual(report["left_out"], ["bodies on other joints: pelvis, fibula_r; --followers NAME takes one", f"wrap {model.wraps[0]['name']} of /forceset/PT1: on a third body",
+                                              "ligament /forceset/LCL9: an end on a further body",
+                                              "3 ligaments and muscles of other joints: PT1_l, vastus_l, psoas"])
+        patella, fabella = tomllib.loads((self.folder / "job/knee.toml").read_text(encoding="utf-8"))["follower"]
+        self.assertEqual((patella["name"], fabella["name"], fabella["of"], "direction" in patella, "direction" in fabella), ("patella", "fabella_r", "reference", True, False))
+        self.assertGreater(fabella["push"]["delta"][0], 0.5)  # in front of it is the condyle
+        numpy.testing.assert_allclose(fabella["centre_mm"], [-60, 10, 15], atol=1e-9)
+        self.assertEqual([name for name, _ in fibres_of(self.folder / "job/patella_fibres.csv")[0]], ["PT1", "quad"])
+        self.assertEqual([name for name, _ in fibres_of(self.folder / "job/fabella_r_fibres.csv")[0]], ["FFL1", "FFL2", "link1"])
+        run("check", self.folder / "job/knee.toml")
+        # Bodies of the user's choice: one on the tibia touches that. Last, bodies without fibres or meshes.
+        report = json.loads(run(*command, "-o", self.folder / "chosen", "--followers", "fibula_r", "patella_r"))
+        self.assertIn("bodies on other joints: pelvis, fabella_r; --followers NAME takes one", report["left_out"])
+        patella, fibula = tomllib.loads((self.folder / "chosen/knee.toml").read_text(encoding="utf-8"))["follower"]
+        self.assertEqual((patella["name"], fibula["name"], fibula["of"], "contact" in fibula["component"][0]), ("patella", "fibula_r", "moving", False))
+        run("check", self.folder / "chosen/knee.toml")
+        content = file.read_text(encoding="utf-8")
+        file.write_text(content.replace("/bodyset/patella_r</socket_parent_frame>", "/bodyset/femur_distal_r</socket_parent_frame>"), encoding="utf-8")
+        report = json.loads(run(*command, "-o", self.folder / "unheld"))
+        self.assertIn("patella_r: no ligament or line holds it", report["left_out"])
+        (fabella,) = tomllib.loads((self.folder / "unheld/knee.toml").read_text(encoding="utf-8"))["follower"]
+        self.assertEqual(fabella["name"], "fabella_r")
+        file.write_text(re.sub(r'<Mesh name="(patella|fabella)_r">.*?</Mesh>', "", content), encoding="utf-8")
+        report = json.loads(run(*command, "-o", self.folder / "bare"))
+        self.assertIn("fabella_r: no mesh", report["left_out"])
+        self.assertNotIn("follower", tomllib.loads((self.folder / "bare/knee.toml").read_text(encoding="utf-8")))
 
 
 class RoundTrip(unittest.TestCase):

@@ -120,10 +120,16 @@ class Model(unittest.TestCase):
 Mesh = collections.namedtuple("Mesh", "vertices faces")  # what trimesh's have
 
 
+class TrackedArray(np.ndarray):
+    """As trimesh's: a subclass of NumPy's, faces are int64, and both may be read only."""
+
+
 def mesh_of(file):
     facets = np.fromfile(file, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")], offset=84)
     vertices, rows = np.unique(facets["corners"].reshape(-1, 3), axis=0, return_inverse=True)
-    return Mesh(vertices, rows.reshape(-1, 3))
+    vertices, rows = (np.array(a).view(TrackedArray) for a in (vertices, rows.reshape(-1, 3).astype(np.int64)))
+    vertices.flags.writeable = rows.flags.writeable = False
+    return Mesh(vertices, rows)
 
 
 class Prepare(unittest.TestCase):

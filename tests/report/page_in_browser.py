@@ -122,7 +122,7 @@ class Page(unittest.TestCase):
                 self.assertIn(wanted, titles)
             self.assertEqual(browser.value("document.querySelector('section').id"), "verdict")
             rows = browser.value("[...document.querySelectorAll('#verdict tbody tr')].map((row) => row.textContent)")
-            self.assertEqual(len(rows), 10)
+            self.assertEqual(len(rows), 12)
             self.assertTrue(all("(assumed)" in row for row in rows if "Chen" not in row), rows)
             # The two surfaces of figure 16 turn together, and a chart reads what is under the pointer.
             surfaces = [f"document.querySelectorAll('#surfaces .drawing')[{k}]" for k in (0, 1)]

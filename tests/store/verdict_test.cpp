@@ -272,6 +272,50 @@ TEST(Verdict, LiftOffOfTheRawAndTheTwoSidedMotion)
   EXPECT_EQ(two_sided.contacts_of, "raw");
 }
 
+TEST(Verdict, NamesWhatIsFoundOfFollowers)
+{
+  // A kneecap that lags by a third is within; one that hardly turns is not.
+  store::MotionModel model = knee(rising);
+  const auto add = [&](const char* name, double share) {
+    test::add_follower(model, BodyIndex::reference, {40, 0, 0}, [&](double flexion_deg, double) {
+      JointCoordinates q = JointCoordinates::Zero();
+      q(0) = rad_from_deg(share * flexion_deg);
+      q(5) = 0.1 * flexion_deg;
+      return q;
+    });
+    store::FollowerRows& rows = model.followers.back();
+    rows.name = name;
+    rows.plausibility = store::GridB::Zero(rows.status.rows(), rows.status.cols());
+  };
+  add("patella", 2.0 / 3.0);
+  add("fabella", 1.0);
+  Verdict verdict = *store::verdict_of(model, "raw");
+  EXPECT_NEAR(measure(verdict, "patellar_flexion_share").value, 200.0 / 3.0, rounding);
+  EXPECT_EQ(measure(verdict, "patellar_flexion_share").standing, Standing::within);
+  EXPECT_NEAR(measure(verdict, "patellar_shift").value, 6.0, rounding);
+  EXPECT_EQ(measure(verdict, "patellar_shift").standing, Standing::within);
+  EXPECT_THAT(verdict.followers, IsEmpty());
+  EXPECT_EQ(verdict.sentence.find("patella"), std::string::npos);
+
+  model.followers[0].flexion_deg *= 0.6;
+  model.followers[0].lateral_mm *= 1.5;
+  const auto set = [](store::GridB& grid, Eigen::Index row, auto code) {
+    grid(row, 1) = static_cast<std::int8_t>(code);
+  };
+  for (const Eigen::Index row : {17, 18}) set(model.followers[0].plausibility, row, Plausibility::dislocated);
+  set(model.followers[0].status, 3, StepStatus::unbounded);
+  set(model.followers[0].plausibility, 3, Plausibility::not_judged);
+  model.followers[0].plausibility(5, 0) = 4;  // not a cell of the spine
+  verdict = *store::verdict_of(model, "raw");
+  EXPECT_THAT(outside(verdict), testing::IsSupersetOf({"patellar_flexion_share", "patellar_shift"}));
+  EXPECT_THAT(verdict.sentence,
+              HasSubstr("; patella: dislocated at 2 flexions; patella: unbounded at 1 flexion."));
+  ASSERT_EQ(verdict.followers.size(), 2u);
+  EXPECT_THAT(verdict.followers[0].from_deg, ElementsAre(85.0));
+  EXPECT_THAT(verdict.followers[0].to_deg, ElementsAre(90.0));
+  EXPECT_THAT(store::lines_of(verdict), testing::Contains("  patella: unbounded at flexion 15"));
+}
+
 TEST(Verdict, SaysTheShareOfThePrior)
 {
   Verdict verdict = *store::verdict_of(knee(rising), "raw");

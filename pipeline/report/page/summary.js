@@ -95,10 +95,12 @@ function rangeText({ low, high, is_spread_assumed: isAssumed }) {
   return isAssumed ? `${range} (assumed)` : range;
 }
 
+const run = (from, to) => (from === to ? `${number(from)}°` : `${number(from)} to ${number(to)}°`);
+const runsText = (runs) => `at ${runs.from_deg.map((from, k) => run(from, runs.to_deg[k])).join(", ")}`;
+
 function liftOffText(sides) {
   if (!sides) return "Lift-off: the gaps of this motion are not known.";
-  const run = (from, to) => (from === to ? `${number(from)}°` : `${number(from)} to ${number(to)}°`);
-  const lifted = sides.filter((side) => side.from_deg.length > 0).map((side) => `${side.compartment} at ${side.from_deg.map((from, k) => run(from, side.to_deg[k])).join(", ")}`);
+  const lifted = sides.filter((side) => side.from_deg.length > 0).map((side) => `${side.compartment} ${runsText(side)}`);
   return `Lift-off, a gap above 0.145 mm: ${lifted.length > 0 ? lifted.join("; ") : "at no flexion"}.`;
 }
 
@@ -107,7 +109,7 @@ const isBeyond = (m) => ["below", "above"].includes(m.standing);
 /** Table and sentence at the top of a report on a knee. */
 export function verdictSection(model) {
   const v = model.verdict;
-  const isOutside = v.measures.length === 0 || v.measures.some(isBeyond);
+  const isOutside = v.measures.length === 0 || v.measures.some(isBeyond) || v.followers.length > 0;
   const box = el("div", { class: `box ${isOutside ? "warning" : "good"}` }, el("strong", {}, `The motion: ${motionName(v.set)}`), v.sentence);
   if (v.measures.length === 0) return section("verdict", "Verdict", box);
   const at = (value, flexion) => `${decimal(value, 1)}${value === null || flexion === null ? "" : ` at ${number(flexion)}°`}`;
@@ -117,7 +119,8 @@ export function verdictSection(model) {
   const contacts = v.contacts_of && v.contacts_of !== v.set ? ` The contacts are those of the solved poses (${motionName(v.contacts_of)}).` : "";
   return section("verdict", "Verdict", box,
     table("Rotation of the tibia from the first flexion, internal positive; travel of points of the femur on the tibia, anterior positive; “at”: degrees of flexion; assumed: the spread is not published", headings, rows, { kinds: ["", "", "", "word", "word", "text"] }),
-    el("p", {}, `${liftOffText(v.lift_off)}${contacts}`));
+    el("p", {}, `${liftOffText(v.lift_off)}${contacts}`),
+    ...v.followers.map((one) => el("p", {}, `${one.follower}: ${one.finding} ${runsText(one)}.`)));
 }
 
 /** Top of a report on one model. */
