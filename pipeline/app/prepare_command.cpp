@@ -568,7 +568,7 @@ class Preparation {
     out_.write_picture(prepared, "prepare.png");
     for (const std::vector<SubjectPart>* parts : {&out_.subject.reference, &out_.subject.moving}) {
       for (const SubjectPart& part : *parts) {
-        if (!options_.is_simplified && part.simpler.triangles.rows() > 0)
+        if (options_.keeps_triangles && part.simpler.triangles.rows() > 0)
           out_.write_mesh(part.component.name, part.mesh);
       }
     }
@@ -603,7 +603,7 @@ void require_options_of_joint(const PrepareOptions& o)
       Row{"--no-ligaments", !o.has_ligaments, {"knee", "ankle"}},
       Row{"--no-prior", !o.has_prior, {"knee"}},
       Row{"--keep-specks", o.keeps_specks, {"knee"}},
-      Row{"--simplify", o.is_simplified, {"knee"}},
+      Row{"--every-triangle", o.keeps_triangles, {"knee"}},
   };
   for (const auto& [name, files] : o.bones) {
     Row row{"--" + name, !files.bone.empty(), {}};
@@ -678,9 +678,9 @@ void declare_prepare(Command& c)
       "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
-  c.flag(
-      "--simplify", o.is_simplified,
-      "Write simpler copies of meshes beyond 200,000 triangles in all, within 0.05 mm: vrda run is faster");
+  c.flag("--every-triangle", o.keeps_triangles,
+         "Write meshes beyond 200,000 triangles in all as they are; default: copies within 0.05 mm, which vrda "
+         "run solves several times as fast");
   c.flag("--no-smooth", o.keeps_noise,
          "Leave rough surfaces as they are; default: where noise is measured, they are smoothed without "
          "shrinking, with a warning");

@@ -246,7 +246,7 @@ const SubjectPart* original_of(const std::vector<SubjectPart>& parts, std::size_
 
 nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const PrepareOptions& options)
 {
-  constexpr Eigen::Index most_triangles = 200'000;
+  constexpr Eigen::Index most_triangles = 200'000, n_wanted = 100'000;
   constexpr double within_mm = 0.05;  // a tenth of a voxel
   std::vector<SubjectPart*> all;      // a patella is small
   for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
@@ -261,7 +261,7 @@ nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const P
     return [&](std::size_t k) {
       SubjectPart& part = *all[k];
       std::optional<geometry::SimplifiedMesh> simpler = geometry::simplified(
-          in_mm(part.mesh, unit_mm), part.mesh.triangles.rows() * most_triangles / n_all, within_mm);
+          in_mm(part.mesh, unit_mm), part.mesh.triangles.rows() * n_wanted / n_all, within_mm);
       part.simpler = simpler ? std::move(simpler->mesh) : Mesh{};
       part.simpler.vertices_mm /= unit_mm;
       if (simpler) largest_mm[k] = simpler->largest_mm;
@@ -270,10 +270,11 @@ nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const P
   });
   for (const SubjectPart* part : all) n_left += part->working().triangles.rows();
   const double within_found_mm = *std::ranges::max_element(largest_mm);
-  core::log_info((options.is_simplified ? "works on and writes" : "works on") +
+  core::log_info((options.keeps_triangles ? "works on" : "works on and writes") +
                  std::string(" copies of the surfaces with ") + std::to_string(n_left) + " of " +
                  std::to_string(n_all) + " triangles, within " + rounded_text(within_found_mm, 3) +
-                 " mm of them" + (options.is_simplified ? "" : "; --simplify writes them, for a faster run"));
+                 " mm of them" +
+                 (options.keeps_triangles ? "" : "; --every-triangle writes the surfaces as they are"));
   return {{"triangles", n_left}, {"of", n_all}, {"within_mm", rounded_mm(within_found_mm)}};
 }
 

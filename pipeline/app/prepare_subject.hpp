@@ -41,7 +41,7 @@ struct PrepareOptions {
   bool has_prior = true;
   bool keeps_specks = false;   ///< keep small separate pieces in the joint space
   bool keeps_noise = false;    ///< leave rough surfaces as they are
-  bool is_simplified = false;  ///< write the simpler copies of large meshes
+  bool keeps_triangles = false;  ///< write large meshes instead of their simpler copies
   std::string folder;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor

@@ -322,8 +322,10 @@ class Conversion {
     std::map<std::string, std::string> reasons;
     for (std::size_t row = 0; row < followers_.size(); ++row) {
       if (!components_.contains(model::follower_index(row))) reasons[followers_[row].body] = "no mesh";
-      if (followers_[row].ligaments.fibres.empty())
-        reasons[followers_[row].body] = "no ligament or line holds it";
+      if (std::ranges::none_of(followers_[row].ligaments.fibres,
+                               [](const model::Fibre& fibre) { return fibre.tension_n == 0.0; }))
+        reasons[followers_[row].body] =
+            "no ligament holds it, and a coordinate coupled to the joint is not taken over";
     }
     return reasons;
   }
@@ -680,7 +682,11 @@ class Conversion {
       left_out_.push_back(std::to_string(elsewhere_.size()) +
                           " ligaments and muscles of other joints: " + joined(elsewhere_));
     if (ligaments_.fibres.empty())
-      left_out_.push_back("ligaments: the model has none across the joint; contact alone holds it");
+      left_out_.push_back("ligaments: the model has none across the joint; contact alone holds it" +
+                          std::string(kind_ == "knee"
+                                          ? "; vrda prepare, with the bones written here, takes a "
+                                            "template's"
+                                          : ""));
   }
 
   void add_ligament(const std::string& path, Node node)

@@ -343,14 +343,14 @@ TEST_F(Prepare, ALargeMeshHasTheFramesOfItsSurface)
     constexpr std::uintmax_t header_bytes = 84, triangle_bytes = 50;
     return static_cast<Eigen::Index>((fs::file_size(folder_ / "tibia.stl") - header_bytes) / triangle_bytes);
   };
-  EXPECT_THAT(prepared(tibia_, "--simplify"), Not(HasSubstr("copies of the surfaces")));
+  EXPECT_THAT(prepared(tibia_, "--every-triangle"), Not(HasSubstr("copies of the surfaces")));
   const nlohmann::json before = report();
   const Mesh fine = divided(joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia), 3);
   ASSERT_GT(fine.triangles.rows(), 200'000);
   const std::string file = written("fine.stl", fine);
-  EXPECT_THAT(prepared(file, "--no-smooth"), HasSubstr("works on copies of the surfaces with "));
+  EXPECT_THAT(prepared(file, "--every-triangle"), HasSubstr("works on copies of the surfaces with "));
   EXPECT_EQ(n_written(), fine.triangles.rows());
-  EXPECT_THAT(prepared(file, "--simplify"), HasSubstr("works on and writes copies of the surfaces with "));
+  EXPECT_THAT(prepared(file, "--no-smooth"), HasSubstr("works on and writes copies of the surfaces with "));
   EXPECT_LT(n_written(), report().at("copies").at("triangles").get<Eigen::Index>());  // both bones
   EXPECT_LT(report().at("copies").at("triangles"), report().at("copies").at("of"));
   constexpr double tolerance = 0.05;  // degrees and mm: that of the copies
