@@ -70,7 +70,8 @@ std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options)
   // The size of the job is not known yet.
   const view::PictureSize size = options.size.empty() ? view::PictureSize{} : view::parsed_size(options.size);
   std::unique_ptr<view::Renderer> renderer =
-      view::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
+      view::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4,
+                                     options.folder.empty() ? view::moving_coarseness_px : 0.0});
   view::Scene scene = view::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
   view::place(scene, {});
   view::CameraFit fit(view::view_rotation(view::View::oblique, Side::right));

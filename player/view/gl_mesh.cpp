@@ -192,6 +192,18 @@ void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(VertexColour), nullptr);
 }
 
+/// Of runs of triangles, which are near each other in most meshes: closer than one box of them all.
+void find_boxes(const RenderMesh& mesh, std::vector<Eigen::AlignedBox3d>& boxes_mm)
+{
+  constexpr std::size_t run = 3 * 256;
+  boxes_mm.clear();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (i % run == 0) boxes_mm.emplace_back();
+    const std::array<float, 3>& p_mm = mesh.vertices[mesh.triangles[i]].position_mm;
+    boxes_mm.back().extend(Eigen::Vector3d(p_mm[0], p_mm[1], p_mm[2]));
+  }
+}
+
 GpuMesh upload_mesh(const GlTable& gl, const Drawable& drawable)
 {
   const RenderMesh& mesh = drawable.mesh;
@@ -206,6 +218,7 @@ GpuMesh upload_mesh(const GlTable& gl, const Drawable& drawable)
   gpu.n_indices = mesh.triangles.size();
   gpu.revision = drawable.revision;
   gpu.is_closed = is_closed(mesh);
+  find_boxes(mesh, gpu.boxes_mm);
   return gpu;
 }
 
@@ -241,6 +254,7 @@ void upload_revision(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   // Only the full level is overwritten; the coarser ones are invalid now.
   mesh.is_changed = true;
   mesh.is_closed = false;
+  mesh.boxes_mm.assign(1, drawable.box_mm);
   mesh.levels.resize(1);
   mesh.levels[0].n = static_cast<int>(changed.triangles.size());
   mesh.revision = drawable.revision;
@@ -412,23 +426,23 @@ PixelBox SurfacePainter::bounds(const Scene& scene, const PixelBox& view, bool i
                                 std::size_t group) const
 {
   Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
-  const auto include = [&](const Eigen::Vector4d& p_clip) {
-    const bool is_in_front = p_clip.w() > 0.0;
-    const Eigen::Array2d p =
-        is_in_front ? Eigen::Array2d(p_clip.head<2>() / p_clip.w()) : Eigen::Array2d(0, 0);
-    low = low.min(is_in_front ? p : -Eigen::Array2d::Ones());
-    high = high.max(is_in_front ? p : Eigen::Array2d::Ones());
-  };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     const Drawable& drawable = drawable_of(scene, i);
     if (!is_shown(scene, i) || (is_only_translucent && !is_translucent(drawable, meshes_[i]))) continue;
     if (group != all_groups && group_[i] != group) continue;
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector4d p_mm =
-          drawable.box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)).homogeneous();
-      include(X_clip_mesh * p_mm);
+    for (const Eigen::AlignedBox3d& box_mm : meshes_[i].boxes_mm) {
+      Eigen::AlignedBox2d box;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector4d p_clip =
+            X_clip_mesh * box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)).homogeneous();
+        if (!(p_clip.w() > 0.0)) return view;
+        box.extend(Eigen::Vector2d(p_clip.head<2>() / p_clip.w()));
+      }
+      if ((box.min().array() > 1.0).any() || (box.max().array() < -1.0).any()) continue;
+      low = low.min(box.min().array());
+      high = high.max(box.max().array());
     }
   }
   if ((low >= high).any()) return {};
@@ -593,7 +607,8 @@ void SurfacePainter::draw(const Scene& scene, SurfacePass pass, std::size_t grou
     if (!is_shown(scene, i) || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     if (group != all_groups && group_[i] != group) continue;
-    const bool is_closed = meshes_[i].is_closed || (drawable.is_solid && scene.has_vertex_lighting);
+    const bool is_solid = drawable.is_solid && (scene.has_vertex_lighting || !has_section_);
+    const bool is_closed = meshes_[i].is_closed || is_solid;
     const bool is_culled = pass == SurfacePass::opaque && is_closed;
     if (is_culled) gl_.Enable(GL_CULL_FACE);
     const Shading shading = pass == SurfacePass::translucent_depth ? Shading::depth

@@ -1,6 +1,8 @@
 /// OpenGL buffers of meshes, and their levels of detail.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <array>
 #include <cstdint>
 #include <future>
@@ -44,10 +46,11 @@ struct IndexRun {
 
 struct GpuMesh {
   Geometry geometry;
-  GlObject colours;              ///< by vertex
-  std::size_t n_vertices = 0;    ///< capacity
-  std::size_t n_indices = 0;     ///< capacity
-  std::vector<IndexRun> levels;  ///< the full mesh, then coarser ones
+  GlObject colours;                           ///< by vertex
+  std::size_t n_vertices = 0;                 ///< capacity
+  std::size_t n_indices = 0;                  ///< capacity
+  std::vector<IndexRun> levels;               ///< the full mesh, then coarser ones
+  std::vector<Eigen::AlignedBox3d> boxes_mm;  ///< of parts of the full mesh
   std::uint64_t revision = 0;
   bool is_changed = false;  ///< since the upload
   bool is_closed = false;   ///< its back faces can be culled while it is opaque

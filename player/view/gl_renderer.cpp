@@ -293,32 +293,49 @@ class OcclusionPainter {
   }
 
   struct View {
-    PixelBox box;                ///< of the shot, also the scissor box
+    PixelBox box;                ///< of the shot
+    PixelBox content;            ///< all surfaces are within it
     Eigen::Matrix4f projection;  ///< of its camera
     float radius_mm = 0.0F;      ///< above 0
   };
   /// Requires the scissor test and the depth of `drawn`; leaves `drawn` bound.
   void draw(const View& view, const Target& drawn)
   {
-    const PixelBox& box = view.box;
     const bool is_multisampled = plan_.samples > 0;
     gl_.ActiveTexture(GL_TEXTURE0);
     gl_.Disable(GL_DEPTH_TEST);
-    if (is_multisampled)
-      copy_box(gl_, drawn.frame, depth_.frame, {0, 0, plan_.width, plan_.height}, GL_DEPTH_BUFFER_BIT);
+    if (is_multisampled) {
+      set_scissor(gl_, view.box);
+      gl_.BindFramebuffer(GL_FRAMEBUFFER, depth_.frame);
+      gl_.Clear(GL_DEPTH_BUFFER_BIT);
+      copy_box(gl_, drawn.frame, depth_.frame, view.content, GL_DEPTH_BUFFER_BIT);
+    }
+    const PixelBox box = with_margin(view);
     const PixelBox half{box.x / 2, box.y / 2, (box.x + box.width + 1) / 2 - box.x / 2,
                         (box.y + box.height + 1) / 2 - box.y / 2};
     pass(find_, view, half, is_multisampled ? depth_.depth : drawn.depth, found_.frame);
     pass(smooth_, view, half, found_.texture, smoothed_.frame);
     gl_.Enable(GL_BLEND);
     gl_.BlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ZERO, GL_ONE);
-    pass(apply_, view, box, smoothed_.texture, colour_frame_);
+    pass(apply_, view, view.content, smoothed_.texture, colour_frame_);
     gl_.Disable(GL_BLEND);
     gl_.Enable(GL_DEPTH_TEST);
+    set_viewport(gl_, view.box);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, drawn.frame);
   }
 
  private:
+  /// Darkening and smoothing read three half pixels beyond the surfaces.
+  static PixelBox with_margin(const View& view)
+  {
+    constexpr int margin = 8;
+    const int x = std::max(view.box.x, view.content.x - margin),
+              y = std::max(view.box.y, view.content.y - margin);
+    const int right = std::min(view.box.x + view.box.width, view.content.x + view.content.width + margin),
+              top = std::min(view.box.y + view.box.height, view.content.y + view.content.height + margin);
+    return {x, y, right - x, top - y};
+  }
+
   /// Part of the light and depth in mm.
   struct Layer {
     GlObject texture, frame;
@@ -789,8 +806,9 @@ class GlRenderer final : public Renderer {
     const bool is_shaded = scene.mode != DrawMode::wire && scene.mode != DrawMode::hidden_line;
     if (!is_shaded || !(scene.occlusion_radius_mm > 0.0)) return;
     if (!set_.occlusion) set_.occlusion = std::make_unique<OcclusionPainter>(gl_, plan(), set_.drawn);
-    set_.occlusion->draw(
-        {box, projection(camera).cast<float>(), static_cast<float>(scene.occlusion_radius_mm)}, set_.drawn);
+    set_.occlusion->draw({box, surfaces_->content_box(), projection(camera).cast<float>(),
+                          static_cast<float>(scene.occlusion_radius_mm)},
+                         set_.drawn);
   }
 
   void draw_shot(const Scene& scene, std::size_t row, const Shot& shot)
@@ -798,9 +816,10 @@ class GlRenderer final : public Renderer {
     const Viewport& view = shot.viewport;
     const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
     surfaces_->begin(scene, shot, box, is_multisampled());
-    const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
-    changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : box;
+    const PixelBox used = is_sparse_ || is_resolved() ? surfaces_->content_box() : box;
+    changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : used;
     used_[row] = used;
+    boxes_[row] = box;
     if (changed_[row].is_empty()) return;
     set_viewport(gl_, box);
     gl_.Enable(GL_SCISSOR_TEST);
@@ -831,6 +850,7 @@ class GlRenderer final : public Renderer {
     is_sparse_ = is_sparse_ && can_be_sparse && used_.size() == shots.size();
     used_.resize(shots.size());
     changed_.resize(shots.size());
+    boxes_.resize(shots.size());
     // Without scissors software rendering clears faster.
     if (!is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     for (std::size_t k = 0; k < shots.size(); ++k) draw_shot(scene, k, shots[k]);
@@ -840,18 +860,33 @@ class GlRenderer final : public Renderer {
       warper_->draw(set_.drawn.frame, changed_, used_, output);
     }
     is_sparse_ = can_be_sparse;
-    is_picture_kept_ = is_multisampled() && !warper_;
+    is_picture_kept_ = is_resolved();
+    backdrop_ = scene.background;
     draw_overlay(overlay, output);
   }
 
-  /// Resolves the samples and draws the overlay over the finished picture.
+  /// The background, of one sample, and the resolved samples of the surfaces.
+  void resolve()
+  {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, set_.resolved.frame);
+    gl_.Clear(GL_COLOR_BUFFER_BIT);
+    gl_.Enable(GL_SCISSOR_TEST);
+    for (const PixelBox& box : boxes_) {
+      set_viewport(gl_, box);
+      set_scissor(gl_, box);
+      if (!is_black(backdrop_)) draw_background(backdrop_);
+    }
+    gl_.Disable(GL_SCISSOR_TEST);
+    // Samples are averaged in linear light.
+    for (const PixelBox& box : used_)
+      if (!box.is_empty()) copy_box(gl_, set_.drawn.frame, set_.resolved.frame, box, GL_COLOR_BUFFER_BIT);
+  }
+
+  /// Draws the overlay over the finished picture.
   void draw_overlay(const Overlay* overlay, unsigned frame)
   {
     gl_.Enable(GL_FRAMEBUFFER_SRGB);
-    // Samples are averaged in linear light.
-    if (is_multisampled() && !warper_)
-      copy_box(gl_, set_.drawn.frame, set_.resolved.frame, {0, 0, options_.width, options_.height},
-               GL_COLOR_BUFFER_BIT);
+    if (is_resolved()) resolve();
     gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
     if (overlay != nullptr) overlays_->draw(*overlay, frame, shown_width(), shown_height());
   }
@@ -878,6 +913,8 @@ class GlRenderer final : public Renderer {
 
   int possible_samples(int samples) const { return std::min(samples, most_samples_); }
   bool is_multisampled() const { return options_.samples > 1; }
+  /// A warp resolves the samples itself.
+  bool is_resolved() const { return is_multisampled() && !warper_; }
   TargetPlan plan() const
   {
     return {options_.width, options_.height, is_multisampled() ? options_.samples : 0};
@@ -929,8 +966,11 @@ class GlRenderer final : public Renderer {
   TargetSet set_;
   TargetSet other_set_;  ///< kept, so that set_samples() between two numbers takes no time
   /// By shot: what is drawn, and what changed since the last frame. Outside the former `set_.drawn` is black
-  /// if `is_sparse_`, so that software rendering clears, resolves and warps a fraction of the pixels.
+  /// if `is_sparse_` or `is_resolved()`, so that software rendering clears, resolves and warps a fraction of
+  /// the pixels.
   std::vector<PixelBox> used_, changed_;
+  std::vector<PixelBox> boxes_;  ///< by shot
+  Background backdrop_;          ///< of the last frame
   bool is_sparse_ = false;
   /// The frame of the window can be drawn to, as its values are encoded like those of warped().
   bool has_srgb_screen_ = false;

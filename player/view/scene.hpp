@@ -144,7 +144,8 @@ struct Drawable {
   float highlight = 0.0F;  ///< glow, from 0 to 1
   bool is_shown = true;
   bool has_contact = true;  ///< false: visual part only
-  /// Closed whatever its revision: with vertex lighting it is culled and lit at its vertices.
+  /// Closed whatever its revision: it is culled where no section opens it, and lit at its vertices with
+  /// vertex lighting.
   bool is_solid = false;
   RenderMesh mesh;                    ///< relative to origin_mm
   std::vector<VertexColour> colours;  ///< one per vertex, replacing the material's colour; or empty

@@ -2,6 +2,7 @@
 
 usage: python3 scripts/pages/benchmarks.py FILE.json...      prints the page, for scripts/bench --quick and --filter
 A benchmark named room/what/case is a row of the room's table; its counters are columns. Of repetitions the median is used.
+The room "rates" is kept in results/records/rates.json by `scripts/bench rates`.
 Below the room "scaling": the exponent of time over the counter "triangles"; below "growth": of time and memory over both counters.
 Exit code 1 if a benchmark reported an error or none ran.
 """
@@ -22,6 +23,7 @@ OWN_FIELDS = {
     "threads", "iterations", "real_time", "cpu_time", "time_unit", "aggregate_name", "aggregate_unit", "label",
     "error_occurred", "error_message", "items_per_second", "bytes_per_second",
 }
+RATES = pathlib.Path(__file__).resolve().parents[2] / "results/records/rates.json"
 SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 
 
@@ -68,6 +70,16 @@ def time_text(seconds):
 def counter_text(name, value):
     """Shares in per cent, other counters as numbers."""
     return f"{100 * value:.1f} %" if name.endswith("share") else three_digits(value)
+
+
+def row(name, seconds_of_one, **counters):
+    """One entry in the form of Google Benchmark."""
+    return {"name": name, "run_name": name, "run_type": "iteration", "repetitions": 1, "threads": 1, "iterations": 1,
+            "real_time": seconds_of_one, "cpu_time": seconds_of_one, "time_unit": "s", **counters}
+
+
+def write_rows(path, rows):
+    pathlib.Path(path).write_text(json.dumps({"benchmarks": rows}, indent=1))
 
 
 def chosen_runs(runs):
@@ -135,6 +147,8 @@ def table(room, runs):
         lines += power_line(runs)
     if room == "growth":
         lines += growth_lines(runs)
+    if "old" in runs[0]:
+        lines += ["", f"Old: commit {runs[0]['old']}, measured alternately in the same minutes; `times faster` is the median of the ratios."]
     return "\n".join(lines)
 
 
@@ -152,10 +166,10 @@ def collect(*files):
     return {"machine": machine(), "compiler": compiler(), "repeated": max(run.get("repetitions", 1) for run in chosen), "runs": chosen}
 
 
-def page(numbers, stamp):
+def page(numbers, stamp, has_rates=True):
     """The page."""
     rooms, runs = {}, numbers["runs"]
-    for run in runs:
+    for run in runs + (json.loads(RATES.read_text())["benchmarks"] if has_rates and RATES.is_file() else []):
         rooms.setdefault(parts(run)[0], []).append(run)
     template = (pathlib.Path(__file__).parents[1] / "benchmarks.template.md").read_text()
     return template.format(
@@ -164,4 +178,4 @@ def page(numbers, stamp):
 
 
 if __name__ == "__main__":
-    sys.stdout.write(page(collect(*sys.argv[1:]), "Not recorded."))
+    sys.stdout.write(page(collect(*sys.argv[1:]), "Not recorded.", has_rates=False))

@@ -286,8 +286,10 @@ export class Joint {
 
   dispose() {
     this.group.traverse((object) => {
-      object.geometry?.dispose();
-      object.material?.dispose();
+      for (const one of [object, object.userData.cut]) {
+        one?.geometry?.dispose();
+        one?.material?.dispose();
+      }
     });
   }
 }

@@ -226,11 +226,10 @@ export const capMaterial = () => new MeshBasicMaterial({ side: DoubleSide, stenc
 
 // The cut of an open sheet, which has no inside: a dark line, as in the window.
 const lineMm = 0.6, lineBrightness = 0.24;
-export const sheetCut = () => new Mesh(new BufferGeometry(), new MeshBasicMaterial({ side: DoubleSide }));
 
-/// Draws the cut of the meshes of one structure on the section's plane with `line`, made by sheetCut().
-export function drawSheetCut(meshes, { normal, at }, line, draw) {
-  const n = new Vector3(...normal).normalize(), height = at / Math.hypot(...normal), corners = [], p = [new Vector3(), new Vector3(), new Vector3()];
+/// The triangles of the cut of meshes on the plane through `height` normal to the unit vector `n`: corners, mm.
+function cutOf(meshes, n, height) {
+  const corners = [], p = [new Vector3(), new Vector3(), new Vector3()];
   for (const { geometry, matrixWorld } of meshes) {
     const position = geometry.getAttribute("position");
     for (let k = 0; k < position.count; k += 3) {
@@ -243,11 +242,23 @@ export function drawSheetCut(meshes, { normal, at }, line, draw) {
       for (const corner of [a.sub(across), b.sub(across), d, a, d, c]) corners.push(...corner);
     }
   }
-  line.geometry.dispose();
-  line.geometry.setAttribute("position", new BufferAttribute(new Float32Array(corners), 3));
-  line.geometry.boundingSphere = null;
-  line.material.color.copy(meshes[0].material.uniforms.colour.value).multiplyScalar(lineBrightness);
-  draw(line);
+  return corners;
+}
+
+/// Draws the cut of the meshes of one structure on the section's plane. It is kept, with the first mesh, until the plane or a mesh moves.
+export function drawSheetCut(meshes, { normal, at }, draw) {
+  const own = meshes[0].userData, length = Math.hypot(...normal);
+  const key = [...normal, at, ...meshes.flatMap(({ matrixWorld }) => matrixWorld.elements)].join();
+  own.cut ??= new Mesh(new BufferGeometry(), new MeshBasicMaterial({ side: DoubleSide }));
+  const { geometry, material, userData } = own.cut;
+  if (userData.key !== key) {
+    userData.key = key;
+    geometry.dispose();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(cutOf(meshes, new Vector3(...normal).divideScalar(length), at / length)), 3));
+    geometry.boundingSphere = null;
+  }
+  material.color.copy(meshes[0].material.uniforms.colour.value).multiplyScalar(lineBrightness);
+  draw(own.cut);
 }
 
 /// Draws the cap of one solid, given by its meshes, on the plane `cap`; the stencil buffer must be clear.

@@ -3,7 +3,7 @@ import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, Depth
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
 import { unnamed } from "./labels.js";
-import { capMaterial, colourOf, drawCap, drawNumbers, drawSheetCut, drawTranslucent, isRemoved, setSection, sheetCut, translucentLayer } from "./material.js";
+import { capMaterial, colourOf, drawCap, drawNumbers, drawSheetCut, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
 import { mmPerM } from "./placement.js";
 
 // The 3-D view: camera, trackball, named views. Renders only after changes.
@@ -54,7 +54,6 @@ export class Viewer {
     this.quick = new WebGLRenderTarget(1, 1, { stencilBuffer: true, colorSpace: SRGBColorSpace });
     this.numbers = new WebGLRenderTarget(1, 1);
     this.copy = new Mesh(new PlaneGeometry(2, 2), new MeshBasicMaterial({ map: this.quick.texture, blending: NoBlending }));
-    this.sheetCut = sheetCut();
     this.cap = new Mesh(new PlaneGeometry(2 * capMm, 2 * capMm), capMaterial());
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
@@ -346,7 +345,7 @@ export class Viewer {
       renderer.clear(false, false, true);
       drawCap(meshes, cap, (mesh) => renderer.render(mesh, camera));
     }
-    for (const meshes of joints.flatMap((joint) => joint.cuttable(true))) drawSheetCut(meshes, section, this.sheetCut, (mesh) => renderer.render(mesh, camera));
+    for (const meshes of joints.flatMap((joint) => joint.cuttable(true))) drawSheetCut(meshes, section, (mesh) => renderer.render(mesh, camera));
     renderer.autoClear = true;
   }
 

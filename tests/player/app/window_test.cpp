@@ -1,4 +1,5 @@
 // The program in a window on a virtual screen, driven by simulated keys and mouse.
+#include <array>
 #include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -73,6 +74,30 @@ TEST_F(InWindow, OpensPlaysTakesAPictureAndQuits)
   const test::Ended ended = program.wait();
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(ended.err, "");
+}
+
+// Desktops give the monitor's scale as a resource; controls and texts follow it.
+TEST_F(InWindow, ControlsHaveTheMonitorsScale)
+{
+  constexpr int wide = 1280, tall = 1024;
+  const auto panel_height_px = [&] {  // of the slider's, lower left
+    const view::Image image = screen_.picture(wide, tall);
+    int n = 0;
+    while (n < tall && image.rgba[4 * static_cast<std::size_t>((tall - 1 - n) * wide)] == 26) ++n;
+    return n;
+  };
+  std::array<int, 2> heights_px{};
+  for (int& height_px : heights_px) {
+    test::Process program(command({"show", model_, "--size", "1280x1024"}));
+    ASSERT_TRUE(comes_true([&] { return (height_px = panel_height_px()) > 0; })) << program.said();
+    mouse({"mousemove", "300", "300"});  // a key goes to the window below the pointer
+    type("q");
+    EXPECT_EQ(program.wait().exit_code, 0);
+    const std::vector<std::string> twice{
+        "-root", "-f", "RESOURCE_MANAGER", "8s", "-set", "RESOURCE_MANAGER", "Xft.dpi: 192"};
+    EXPECT_EQ(test::run({"/usr/bin/xprop", twice, {}, {}}).exit_code, 0);
+  }
+  EXPECT_GT(heights_px[1], heights_px[0] * 9 / 5);
 }
 
 TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)

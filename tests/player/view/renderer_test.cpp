@@ -316,6 +316,26 @@ TEST(Occlusion, FreeBall)
   }
 }
 
+// What a frame leaves outside the bounds of the next one's surfaces, in colours or depths, would be seen.
+TEST(Occlusion, AfterAnotherFrame)
+{
+  for (const int samples : {1, 4}) {
+    SCOPED_TRACE(samples);
+    const RenderOptions options{width, height, samples};
+    Scene scene = wall_with_ball(0.0);
+    scene.background = background_of(Backdrop::studio);
+    scene.occlusion_radius_mm = 6.0;
+    const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options);
+    renderer->load(scene);
+    renderer->draw(scene, camera_at(100));
+    scene.drawables[0].is_shown = false;
+    scene.drawables[1].material.opacity = 0.5F;
+    add(scene, ball(8.0, 32, 64), plain({0.5F, 0.5F, 0.5F}), {3.0, 0, 2.0});
+    renderer->load(scene);
+    EXPECT_EQ(renderer->draw(scene, camera_at(100)).rgba, drawn(scene, camera_at(100), options).rgba);
+  }
+}
+
 TEST(Occlusion, TouchingBall)
 {
   for (const int samples : {1, 4}) {

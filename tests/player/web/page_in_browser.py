@@ -389,6 +389,15 @@ class WebPage(unittest.TestCase):
                 for part, least in zip(found, wanted, strict=True):
                     self.assertGreaterEqual(part, least)
                     self.assertLess(part, 5e-4 if least == 0 else 1)  # shades of the surface
+            # The line is cut again when the plane or the pose changes, not in every frame.
+            page.browser.value("""for (const real of [WebGL2RenderingContext.prototype.bufferData])
+              WebGL2RenderingContext.prototype.bufferData = function (...given) { ++window.uploads; return real.apply(this, given); }""")
+            for at_mm, is_cut in ((10, False), (11, True)):
+                state["section"]["at_mm"] = at_mm
+                page.browser.value(f"window.uploads = 0; window.vrda.useState({json.dumps({**state, 'view': 'medial'})})")
+                page.settle()
+                self.assertEqual(page.browser.value("window.uploads > 0"), is_cut)
+            Page.current = None
             self.is_quiet(page)
 
     def test_the_named_body_does_not_move(self):
