@@ -12,18 +12,19 @@ namespace vrda::view {
 namespace {
 
 constexpr std::size_t n_sides = 12;
+// Fibres are many and thin: with 12 sides the bench draws a tenth fewer frames.
+constexpr std::size_t n_tube_sides = 8;
 constexpr std::size_t n_ball_rings = 9;
 /// An arrow has pairs of rings for tail, shaft, back of the head and cone, each with its own normals.
 constexpr std::size_t n_arrow_rings = 8, n_rod_rings = 6;
 
-using Circle = std::array<SinCos, n_sides>;
-
-const Circle& circle()
+template <std::size_t n>
+const std::array<SinCos, n>& circle()
 {
-  static const Circle points = [] {
-    Circle made{};
-    for (std::size_t k = 0; k < n_sides; ++k)
-      made[k] = sin_cos(static_cast<double>(k) * (2.0 * pi / static_cast<double>(n_sides)));
+  static const std::array<SinCos, n> points = [] {
+    std::array<SinCos, n> made{};
+    for (std::size_t k = 0; k < n; ++k)
+      made[k] = sin_cos(static_cast<double>(k) * (2.0 * pi / static_cast<double>(n)));
     return made;
   }();
   return points;
@@ -57,7 +58,7 @@ std::array<float, 3> single(const Eigen::Vector3d& v)
 std::size_t set_ring(RenderMesh& mesh, std::size_t first_vertex, const Frame& frame, const Ring& ring)
 {
   for (std::size_t k = 0; k < n_sides; ++k) {
-    const SinCos& angle = circle()[k];
+    const SinCos& angle = circle<n_sides>()[k];
     const Eigen::Vector3d across = angle.cos * frame.u + angle.sin * frame.v;
     RenderVertex& vertex = mesh.vertices[first_vertex + k];
     vertex.position_mm = single(ring.centre_mm + ring.radius_mm * across);
@@ -66,28 +67,29 @@ std::size_t set_ring(RenderMesh& mesh, std::size_t first_vertex, const Frame& fr
   return first_vertex + n_sides;
 }
 
-/// Triangles between the rings at vertices first and first + n_sides, counter-clockwise seen from outside.
-void add_band(RenderMesh& mesh, std::size_t first)
+/// Triangles between the rings of `sides` vertices that begin at `first`, counter-clockwise seen from
+/// outside.
+void add_band(RenderMesh& mesh, std::size_t first, std::size_t sides)
 {
-  for (std::size_t k = 0; k < n_sides; ++k) {
+  for (std::size_t k = 0; k < sides; ++k) {
     const auto a = static_cast<std::uint32_t>(first + k);
-    const auto b = static_cast<std::uint32_t>(first + (k + 1) % n_sides);
-    const auto n = static_cast<std::uint32_t>(n_sides);
+    const auto b = static_cast<std::uint32_t>(first + (k + 1) % sides);
+    const auto n = static_cast<std::uint32_t>(sides);
     for (const std::uint32_t index : {a, b, b + n, a, b + n, a + n}) mesh.triangles.push_back(index);
   }
 }
 
 /// Adds rings and the bands between successive rings; with step 2 only between the rings of each pair.
-void add_rings(RenderMesh& mesh, std::size_t n_rings, std::size_t step)
+void add_rings(RenderMesh& mesh, std::size_t n_rings, std::size_t step, std::size_t sides = n_sides)
 {
   const std::size_t first = mesh.vertices.size();
-  mesh.vertices.resize(first + n_rings * n_sides);
-  for (std::size_t ring = 0; ring + 1 < n_rings; ring += step) add_band(mesh, first + ring * n_sides);
+  mesh.vertices.resize(first + n_rings * sides);
+  for (std::size_t ring = 0; ring + 1 < n_rings; ring += step) add_band(mesh, first + ring * sides, sides);
 }
 
-SolidSize size_of(std::size_t n_rings, std::size_t step)
+SolidSize size_of(std::size_t n_rings, std::size_t step, std::size_t sides = n_sides)
 {
-  return {n_rings * n_sides, n_rings / step * 6 * n_sides - (step == 1 ? 6 * n_sides : 0)};
+  return {n_rings * sides, n_rings / step * 6 * sides - (step == 1 ? 6 * sides : 0)};
 }
 
 /// Writes a flat end cap: a ring and its centre, in axial order. `ring.forward` is -1 or 1.
@@ -110,7 +112,7 @@ SolidSize arrow_size()
 }
 SolidSize tube_size(std::size_t n_points)
 {
-  return size_of(n_points + 2, 1);
+  return size_of(n_points + 2, 1, n_tube_sides);
 }
 
 void add_balls(RenderMesh& mesh, std::size_t n)
@@ -127,7 +129,7 @@ void add_arrows(RenderMesh& mesh, std::size_t n)
 }
 void add_tube(RenderMesh& mesh, std::size_t n_points)
 {
-  add_rings(mesh, n_points + 2, 1);
+  add_rings(mesh, n_points + 2, 1, n_tube_sides);
 }
 
 void set_ball(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm)
@@ -186,8 +188,8 @@ void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen:
   bool has_frame = false;
   std::size_t vertex = first_vertex;
   const auto set_section = [&](const Eigen::Vector3d& centre_mm, double width_mm, double forward) {
-    for (std::size_t k = 0; k < n_sides; ++k) {
-      const SinCos& angle = circle()[k];
+    for (std::size_t k = 0; k < n_tube_sides; ++k) {
+      const SinCos& angle = circle<n_tube_sides>()[k];
       const double scale = width_mm / section.half_width_mm;
       RenderVertex& made = mesh.vertices[vertex + k];
       made.position_mm = single(centre_mm + scale * (section.half_width_mm * angle.cos * frame.u +
@@ -197,7 +199,7 @@ void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen:
           section.half_thickness_mm * angle.cos * frame.u + section.half_width_mm * angle.sin * frame.v;
       made.normal = single(forward == 0.0 ? outward.normalized() : Eigen::Vector3d(forward * frame.along));
     }
-    vertex += n_sides;
+    vertex += n_tube_sides;
   };
   for (std::size_t i = 0; i <= last; ++i) {
     const Eigen::Vector3d tangent_mm = points_mm[std::min(i + 1, last)] - points_mm[i > 0 ? i - 1 : 0];
