@@ -12,8 +12,6 @@ namespace vrda::view {
 namespace {
 
 constexpr std::size_t n_sides = 12;
-// Fibres are many and thin: with 12 sides the bench draws a tenth fewer frames.
-constexpr std::size_t n_tube_sides = 8;
 constexpr std::size_t n_ball_rings = 9;
 /// An arrow has pairs of rings for tail, shaft, back of the head and cone, each with its own normals.
 constexpr std::size_t n_arrow_rings = 8, n_rod_rings = 6;

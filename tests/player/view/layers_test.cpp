@@ -15,7 +15,7 @@
 
 namespace vrda::view::layers_test {
 
-constexpr std::size_t n_rings = 24;  // of a fibre, of 12 vertices each
+constexpr std::size_t n_rings = 24;  // of a fibre, of n_tube_sides vertices each
 constexpr double force_ratio = 3.0;  // of the two contact forces of each cell
 
 Eigen::Vector3d single_precision(const std::array<float, 3>& v)
@@ -415,12 +415,13 @@ TEST(Layers, Fibres)
       // The first fibre is clear of both bodies; its rings follow the end ring.
       const Eigen::Vector3d from_mm = pose.X_world_reference * rows.reference_mm.row(0).transpose();
       const Eigen::Vector3d to_mm = pose.X_world_moving * rows.moving_mm.row(0).transpose();
-      EXPECT_LT((middle_world_mm(tubes, 12, 12) - from_mm).norm(), single_rounding_mm);
-      EXPECT_LT((middle_world_mm(tubes, 12 * n_rings, 12) - to_mm).norm(), single_rounding_mm);
+      EXPECT_LT((middle_world_mm(tubes, n_tube_sides, n_tube_sides) - from_mm).norm(), single_rounding_mm);
+      EXPECT_LT((middle_world_mm(tubes, n_tube_sides * n_rings, n_tube_sides) - to_mm).norm(),
+                single_rounding_mm);
       const double strain = (to_mm - from_mm).norm() / rows.slack_length_mm[0] - 1.0;
       const Legend& legend = stage.layers.legend(Layer::ligaments);
-      EXPECT_EQ(tubes.colours[12], colour_of(legend, 100.0 * strain));
-      EXPECT_EQ(tubes.colours[12] == legend.below, strain < 0.0);
+      EXPECT_EQ(tubes.colours[n_tube_sides], colour_of(legend, 100.0 * strain));
+      EXPECT_EQ(tubes.colours[n_tube_sides] == legend.below, strain < 0.0);
       EXPECT_EQ(legend.highest, 8.0) << "as on the page";
       EXPECT_EQ(colour_of(legend, 8.01), legend.beyond.value_or(legend.below));
       EXPECT_NE(colour_of(legend, 8.0), legend.beyond.value_or(legend.below));
@@ -456,7 +457,7 @@ TEST(Layers, BundleOfBands)
   stage.show({0.0, 0.0}, {Layer::ligaments});
   const Drawable& bands = drawable_of(stage.scene, "ligaments/sheet");
   Eigen::AlignedBox3d box;
-  for (std::size_t k = 12; k < 24; ++k) {
+  for (std::size_t k = n_tube_sides; k < 2 * n_tube_sides; ++k) {
     const std::array<float, 3>& p = bands.mesh.vertices[k].position_mm;
     box.extend(Eigen::Vector3d(p[0], p[1], p[2]));
   }
@@ -482,10 +483,12 @@ TEST(Layers, FibresOnBone)
   const store::JointPose pose = stage.motion.at({0.0, 0.0});
   const Eigen::Vector3d ball_mm = pose.X_world_reference * model.rotation_centre_mm;
   for (std::size_t k = 3; k + 1 < n_rings; ++k)  // the straight line comes to 6 mm
-    EXPECT_GT((middle_world_mm(bands, 12 * k, 12) - ball_mm).norm(), 20.0);
+    EXPECT_GT((middle_world_mm(bands, n_tube_sides * k, n_tube_sides) - ball_mm).norm(), 20.0);
   double waved_mm = 0.0;
   for (std::size_t k = 1; k + 1 < n_rings + 1; ++k)
-    waved_mm += (middle_world_mm(slack, 12 * (k + 1), 12) - middle_world_mm(slack, 12 * k, 12)).norm();
+    waved_mm += (middle_world_mm(slack, n_tube_sides * (k + 1), n_tube_sides) -
+                 middle_world_mm(slack, n_tube_sides * k, n_tube_sides))
+                    .norm();
   EXPECT_NEAR(waved_mm, rows.slack_length_mm[1], 0.5);  // chords of its waves
 }
 
@@ -503,14 +506,14 @@ TEST(Layers, ContactPaths)
       EXPECT_TRUE(medial.is_shown && lateral.is_shown);
       EXPECT_EQ(medial.parent, body == std::string("moving") ? BodyIndex::moving : BodyIndex::reference);
       // One ring a point and two for the ends of each piece; the medial path has two pieces.
-      EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
-      EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));
+      EXPECT_EQ(lateral.mesh.vertices.size(), n_tube_sides * (n_flexion + 2));
+      EXPECT_EQ(medial.mesh.vertices.size(), n_tube_sides * (n_flexion + 4));
       const auto first = Eigen::RowVector3d::Map(&stage.model.contact_paths->at(1).moving_mm[0]);
       const Eigen::Vector3d start_mm = first.transpose() - stage.model.rotation_centre_mm;
       Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
-      for (std::size_t k = 12; k < 24; ++k) {
+      for (std::size_t k = n_tube_sides; k < 2 * n_tube_sides; ++k) {
         const std::array<float, 3>& p = lateral.mesh.vertices[k].position_mm;
-        mean_mm += Eigen::Vector3d(p[0], p[1], p[2]) / 12.0;
+        mean_mm += Eigen::Vector3d(p[0], p[1], p[2]) / n_tube_sides;
       }
       EXPECT_LT((mean_mm - start_mm).norm(), single_rounding_mm);
     }

@@ -166,9 +166,9 @@ void expect_sound(const RenderMesh& mesh)
   EXPECT_GT(n_faces, 40);
 }
 
-double polygon_part()  // area of the regular 12-gon / area of its circle
+double polygon_part(double sides)  // area of the regular polygon / area of its circle
 {
-  return 12.0 * 0.5 * 0.5 / pi;
+  return 0.5 * sides * std::sin(2.0 * pi / sides) / pi;
 }
 
 TEST(Solids, Ball)
@@ -191,12 +191,12 @@ TEST(Solids, Ball)
 TEST(Solids, RodAndTube)
 {
   const Eigen::Vector3d from(3, 4, 5), to(-20, 30, 11);
-  const double expected_mm3 = polygon_part() * pi * 4.0 * (to - from).norm();
+  const double circle_mm3 = pi * 4.0 * (to - from).norm();
   RenderMesh rod;
   add_rods(rod, 1);
   set_rod(rod, 0, from, to, 2.0);
   expect_sound(rod);
-  EXPECT_NEAR(volume_mm3(rod), expected_mm3, 1e-4 * expected_mm3);
+  EXPECT_NEAR(volume_mm3(rod), polygon_part(12.0) * circle_mm3, 1e-4 * circle_mm3);
   RenderMesh tube;
   const std::array<Eigen::Vector3d, 4> way{from, 0.7 * from + 0.3 * to, 0.7 * from + 0.3 * to, to};
   add_tube(tube, way.size());
@@ -204,7 +204,7 @@ TEST(Solids, RodAndTube)
   EXPECT_EQ(tube.triangles.size(), tube_size(4).n_indices);
   set_tube(tube, 0, way, 2.0);
   expect_sound(tube);
-  EXPECT_NEAR(volume_mm3(tube), expected_mm3, 1e-4 * expected_mm3);
+  EXPECT_NEAR(volume_mm3(tube), polygon_part(n_tube_sides) * circle_mm3, 1e-4 * circle_mm3);
 }
 
 TEST(Solids, Band)
@@ -222,8 +222,8 @@ TEST(Solids, Band)
     const Eigen::Vector3d wide = Eigen::Vector3d(1.0 - part, 0.0, part).normalized();
     const Eigen::Vector3d thin = Eigen::Vector3d(-part, 0.0, 1.0 - part).normalized();
     double width_mm = 0.0, thickness_mm = 0.0;
-    for (std::size_t side = 0; side < 12; ++side) {
-      const RenderVertex& vertex = mesh.vertices[12 * (k + 1) + side];
+    for (std::size_t side = 0; side < n_tube_sides; ++side) {
+      const RenderVertex& vertex = mesh.vertices[n_tube_sides * (k + 1) + side];
       const Eigen::Vector3d from_axis = position(vertex) - way[k];
       EXPECT_NEAR(from_axis.y(), 0.0, single_rounding_mm);
       // The normal of the ellipse (x / 3)^2 + (z / 0.5)^2 = 1.
