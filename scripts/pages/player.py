@@ -119,6 +119,7 @@ shared cores.
 - Fibres are drawn over the bones; the solver's own are straight where their job has no wrap.
 - A section cannot fill open sheets of cartilage, which have no inside: their cut is a line.
 - A cut is filled for each solid alone.
+- The generic tibia has no tuberosity: the kneecap's tendon ends up to 4 mm in front of it.
 - The prepared knee has no fibula, and the real knee neither that nor a femoral bone: lateral ligaments and the capsule end in the air there.
 - Ridges of the prepared femur are the slices of its scan.
 - Names are those of bodies, so that a point of the fibula has the tibia's name; a name has at most 40 points to choose from, and its anchor may be away from the middle.
