@@ -203,8 +203,8 @@ TEST(ContactConstraint, ParallelToDeltaHasInfiniteTravel)
   constraint.moving_mm = Eigen::Vector3d::Zero();
   constraint.reference_direction = Eigen::Vector3d::UnitX();
   constraint.moving_direction = Eigen::Vector3d::UnitY();
-  EXPECT_TRUE(std::isinf(solve::clearance(constraint, {}, solve::Rotations({}, 0.0)).travel_mm));
-  EXPECT_EQ(solve::clearance_hessian(constraint, {}, solve::Rotations({}, 0.0)).norm(), 0.0);
+  EXPECT_TRUE(std::isinf(solve::clearance(constraint, {}, solve::Rotations(Attitude{}, 0.0)).travel_mm));
+  EXPECT_EQ(solve::clearance_hessian(constraint, {}, solve::Rotations(Attitude{}, 0.0)).norm(), 0.0);
 }
 
 // Twice volume over area of the thinnest component; of an open sheet its edges.
