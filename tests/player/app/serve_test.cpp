@@ -216,7 +216,8 @@ TEST_F(Serve, TheBenchSendsBesideItsPicture)
 
 TEST_F(Serve, AClientThatReadsNothingStopsNeitherTheOthersNorTheProgram)
 {
-  start({"serve", file_, "--igtl", "0", "--rate", "1000"});
+  // A reader in Python keeps up with this rate on a busy machine.
+  start({"serve", file_, "--igtl", "0", "--rate", "400"});
   const test::Process silent({"/usr/bin/python3",
                               {"-c",
                                "import socket, sys, time\nhost, port = sys.argv[1].split(':')\n"
@@ -224,7 +225,7 @@ TEST_F(Serve, AClientThatReadsNothingStopsNeitherTheOthersNorTheProgram)
                                address_},
                               {},
                               {}});
-  const json read_ = read(2.0);
+  const json read_ = read(5.0);
   EXPECT_EQ(read_["frames_missing"], 0);
   const std::string port = address_.substr(address_.find(':') + 1);
   EXPECT_THAT(run({"serve", file_, "--igtl", port, "--seconds", "0.1"}),
