@@ -84,10 +84,6 @@ InitialBodies initial_bodies_of(const job::Case& job_case)
 
 namespace {
 
-// schemas/job.schema.json states the formula.
-constexpr double compliance_mm = 5.0;  // the force over the stiffness
-constexpr double most_work_mm = 0.5;   // a penalty enters and leaves a flexion: the force times 1 mm at most
-
 double total_force_n(const job::Push& push)
 {
   double sum_n = push.force_n.norm();
@@ -119,7 +115,8 @@ solve::ChangePenalty change_penalty_of(const job::Case& job_case)
         lazy->scale.lever_mm *
         Eigen::Vector2d(to.pose.theta_rad - from.pose.theta_rad, to.varus_rad - from.varus_rad).norm();
     const double change_sq_mm2 = (middle_mm(to) - middle_mm(from)).squaredNorm() + turned_mm * turned_mm;
-    return total_force_n(push_at(to)) * std::min(change_sq_mm2 / (2.0 * compliance_mm), most_work_mm);
+    return total_force_n(push_at(to)) *
+           std::min(change_sq_mm2 / (2.0 * solve::path_compliance_mm), 0.5 * solve::most_path_work_mm);
   };
 }
 

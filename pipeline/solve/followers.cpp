@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "core/text.hpp"
@@ -240,13 +241,19 @@ class Follow {
         shared_(case_.followers.size()),
         cells_(result.cells.size())
   {
-    for (const job::Follower& follower : case_.followers)
+    for (const job::Follower& follower : case_.followers) {
       has_reaction_ = has_reaction_ || follower.has_reaction;
+      boxes_.push_back(bounding_box(follower.body.contact.mesh));
+    }
   }
 
   bool run()
   {
-    if (!solve_chain() || !improve_spine() || !solve_rows()) return false;
+    if (!solve_chain() || !improve_spine() || !choose_continuous()) return false;
+    for (std::size_t i = 0; has_spine_cells() && i < spine_.size(); ++i)
+      cells_[cell_of(static_cast<std::int32_t>(i), has_free_spine() ? 0 : joint_.spine_column[i])] =
+          spine_[i].cell;
+    if (!solve_rows()) return false;
     joint_.followers.assign(cells_.size(), {});
     for (std::size_t c = 0; c < cells_.size(); ++c) {
       if (!cells_[c]) continue;  // in a row of another shard
@@ -641,10 +648,90 @@ class Follow {
       }
       if (!any) break;
     }
-    for (std::size_t i = 0; has_spine_cells() && i < spine_.size(); ++i)
-      cells_[cell_of(static_cast<std::int32_t>(i), has_free_spine() ? 0 : joint_.spine_column[i])] =
-          spine_[i].cell;
     return true;
+  }
+
+  // Of the lowest equilibria and those in which chains up and down end from the one before alone: distinct
+  // ones differ by less than a hundredth of the forces times 1 mm, and the lowest jump between them.
+  bool choose_continuous()
+  {
+    if (case_.spine.branch != BranchRule::continuous) return true;
+    std::vector<std::vector<Solved>> found;
+    for (const Solved& lowest : spine_) found.push_back({lowest});
+    for (const bool is_up : {true, false}) {
+      if (!solve_branch(is_up, found)) return false;
+    }
+    std::vector<std::vector<double>> energy_nmm(found.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (!has_all_poses(spine_[i])) continue;
+      for (const Solved& one : found[i]) energy_nmm[i].push_back(one.energy_nmm);
+    }
+    const auto at = [&](const PathEntry& e) -> const Solved& { return found[e.row][e.entry]; };
+    const std::vector<std::size_t> path = least_path(
+        energy_nmm, [&](const PathEntry& a, const PathEntry& b) { return change_nmm(at(a), at(b)); });
+    for (std::size_t i = 0; i < found.size(); ++i) spine_[i] = std::move(found[i][path[i]]);
+    return true;
+  }
+
+  // From the lowest of the last flexion whenever that branch has ended or is too high.
+  bool solve_branch(bool is_up, std::vector<std::vector<Solved>>& found)
+  {
+    Worker by = worker(0);
+    const std::int32_t number = (most_passes + (is_up ? 1 : 2)) * most_in_step;
+    std::optional<Solved> last, before_last;
+    for (std::size_t n = 0; n < spine_.size(); ++n) {
+      const std::size_t i = is_up ? n : spine_.size() - 1 - n;
+      const Solved& lowest = spine_[i];
+      if (!has_all_poses(lowest)) continue;
+      if (last) {
+        Seeds seeds = chain_seeds(&*last, before_last ? &*before_last : nullptr);
+        for (std::vector<Pose>& of_follower : seeds) of_follower.resize(1);  // no offsets
+        Solved next = solved_cell(spine_record(i), seeds,
+                                  {StepKind::follower_start, static_cast<std::int32_t>(i), number}, by);
+        if (!next.is_solved) return false;
+        if (has_all_poses(next) && next.energy_nmm > lowest.energy_nmm + changed_nmm &&
+            next.energy_nmm <= lowest.energy_nmm + total_force_n() * most_path_work_mm) {
+          found[i].push_back(next);
+          before_last = std::exchange(last, std::move(next));
+          continue;
+        }
+      }
+      before_last = std::exchange(last, lowest);
+    }
+    return true;
+  }
+
+  bool has_all_poses(const Solved& one) const { return one.placed.size() == 2 + n_followers(); }
+
+  double force_n(std::size_t k) const
+  {
+    double sum_n = std::abs(case_.followers[k].push_n);
+    for (const model::Fibre& fibre : case_.followers[k].ligaments.fibres) sum_n += fibre.tension_n;
+    return sum_n;
+  }
+  double total_force_n() const
+  {
+    double sum_n = 0.0;
+    for (std::size_t k = 0; k < n_followers(); ++k) sum_n += force_n(k);
+    return sum_n;
+  }
+
+  // As that of the joint, but unbounded: a follower moves on with flexion, beyond any bound at 5 degrees.
+  double change_nmm(const Solved& from, const Solved& to) const
+  {
+    double sum_nmm = 0.0;
+    for (std::size_t k = 0; k < n_followers(); ++k) {
+      const Box& box = boxes_[k];
+      const Eigen::Vector3d middle_mm = 0.5 * (box.min_mm + box.max_mm);
+      const Pose a = X_of(k, from.placed), b = X_of(k, to.placed);
+      // For the angle: of two rotations by it about one axis, the difference's norm is 2 sqrt(2) sin(angle /
+      // 2).
+      const double turned_mm =
+          0.5 * (box.max_mm - box.min_mm).maxCoeff() * (b.linear() - a.linear()).norm() / std::sqrt(2.0);
+      const double change_sq_mm2 = (b * middle_mm - a * middle_mm).squaredNorm() + turned_mm * turned_mm;
+      sum_nmm += force_n(k) * change_sq_mm2 / (2.0 * path_compliance_mm);
+    }
+    return sum_nmm;
   }
 
   // Outward from the column of the spine.
@@ -704,6 +791,7 @@ class Follow {
   SweepResult& joint_;
   std::int32_t n_varus_;
   bool has_reaction_ = false;
+  std::vector<Box> boxes_;                          // [n_followers] of their meshes
   std::vector<FollowerSolver::Shared> shared_;      // [n_followers]
   std::vector<std::optional<FollowedCell>> cells_;  // of the grid
   std::vector<Solved> spine_;                       // [n_flexion]

@@ -361,34 +361,52 @@ std::size_t least_of(const std::vector<PathSum>& sums)
 
 }  // namespace
 
+std::vector<std::size_t> least_path(const std::vector<std::vector<double>>& energy_nmm,
+                                    const PairPenalty& penalty_nmm)
+{
+  std::vector<std::size_t> rows;  // those with an entry
+  std::vector<std::vector<PathSum>> sums;
+  for (std::size_t i = 0; i < energy_nmm.size(); ++i) {
+    if (energy_nmm[i].empty()) continue;
+    std::vector<PathSum> here;
+    for (std::size_t to = 0; to < energy_nmm[i].size(); ++to) {
+      std::vector<PathSum> ways;
+      for (std::size_t k = 0; !rows.empty() && k < sums.back().size(); ++k)
+        ways.push_back({sums.back()[k].sum_nmm + penalty_nmm({rows.back(), k}, {i, to}), k});
+      here.push_back(ways.empty() ? PathSum{} : ways[least_of(ways)]);
+      here.back().sum_nmm += energy_nmm[i][to];
+    }
+    rows.push_back(i);
+    sums.push_back(std::move(here));
+  }
+  std::vector<std::size_t> path(energy_nmm.size(), 0);
+  std::size_t k = rows.empty() ? 0 : least_of(sums.back());
+  for (std::size_t r = rows.size(); r-- > 0;) {
+    path[rows[r]] = k;
+    k = sums[r][k].before;
+  }
+  return path;
+}
+
 std::vector<FreeSpineStep> select_continuous(const std::vector<std::vector<StepRecord>>& ends,
                                              const std::vector<std::int32_t>& path_row,
                                              const ChangePenalty& penalty_nmm)
 {
   std::vector<FreeSpineStep> path;
-  std::vector<std::size_t> rows;  // those with an equilibrium
-  std::vector<std::vector<PathSum>> sums;
+  std::vector<std::vector<double>> above_nmm(ends.size());  // the lowest of each flexion
   for (std::size_t i = 0; i < ends.size(); ++i) {
     path.push_back(ends[i].empty() ? FreeSpineStep{} : select_lowest(ends[i]));
-    if (path[i].equilibria.empty()) continue;
-    std::vector<PathSum> here;
-    for (const SpineEquilibrium& to : path[i].equilibria) {
-      std::vector<PathSum> ways;
-      for (std::size_t k = 0; !rows.empty() && k < sums.back().size(); ++k) {
-        const std::size_t last = rows.back();
-        const PathPoint from = point_of(path[last].equilibria[k], path_row[last]);
-        ways.push_back({sums.back()[k].sum_nmm + penalty_nmm(from, point_of(to, path_row[i])), k});
-      }
-      here.push_back(ways.empty() ? PathSum{} : ways[least_of(ways)]);
-      here.back().sum_nmm += to.energy_nmm - path[i].chosen.balance.energy_nmm;  // above the lowest
-    }
-    rows.push_back(i);
-    sums.push_back(std::move(here));
+    for (const SpineEquilibrium& one : path[i].equilibria)
+      above_nmm[i].push_back(one.energy_nmm - path[i].chosen.balance.energy_nmm);
   }
-  std::size_t k = rows.empty() ? 0 : least_of(sums.back());
-  for (std::size_t r = rows.size(); r-- > 0;) {
-    choose(path[rows[r]], k, ends[rows[r]]);
-    k = sums[r][k].before;
+  const auto point = [&](const PathEntry& at) {
+    return point_of(path[at.row].equilibria[at.entry], path_row[at.row]);
+  };
+  const std::vector<std::size_t> chosen = least_path(
+      above_nmm,
+      [&](const PathEntry& from, const PathEntry& to) { return penalty_nmm(point(from), point(to)); });
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (!path[i].equilibria.empty()) choose(path[i], chosen[i], ends[i]);
   }
   return path;
 }

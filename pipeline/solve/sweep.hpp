@@ -135,12 +135,28 @@ struct PathPoint {
   std::int32_t path_row = 0;
 };
 
+// schemas/job.schema.json states the formula of a continuous path.
+inline constexpr double path_compliance_mm = 5.0;  ///< the forces over the stiffness against change
+inline constexpr double most_path_work_mm = 1.0;   ///< its energies above the lowest, over the forces
+
 /// N mm, at least 0: penalty on the change between the equilibria of neighbouring flexions.
 using ChangePenalty = std::function<double(const PathPoint& from, const PathPoint& to)>;
 
+/// One of the entries of a row.
+struct PathEntry {
+  std::size_t row = 0;
+  std::size_t entry = 0;
+};
+using PairPenalty = std::function<double(const PathEntry& from, const PathEntry& to)>;  // N mm
+
+/// `energy_nmm` [n][entries of the row]. The entry of each row on the path with the least sum of energies and
+/// of penalties between neighbouring rows, by dynamic programming; of equal sums the earlier entries. Rows
+/// without an entry are passed over and have 0.
+std::vector<std::size_t> least_path(const std::vector<std::vector<double>>& energy_nmm,
+                                    const PairPenalty& penalty_nmm);
+
 /// `ends` and `path_row` [n]: the results of each flexion, in order, and its row. Chooses among the
-/// equilibria of select_lowest() those with the least sum of energies and penalties, by dynamic programming;
-/// of equal sums that of the earlier starts. Flexions without an equilibrium are passed over.
+/// equilibria of select_lowest() those of least_path(). Flexions without an equilibrium are passed over.
 std::vector<FreeSpineStep> select_continuous(const std::vector<std::vector<StepRecord>>& ends,
                                              const std::vector<std::int32_t>& path_row,
                                              const ChangePenalty& penalty_nmm);

@@ -159,6 +159,83 @@ TEST(Followers, OfTheSeedsTheLowestIsTaken)
   EXPECT_EQ(both.balance.energy_nmm, solved(all, unmoved, {near, far}).balance.energy_nmm);
 }
 
+// A groove from which another leads away, at first up to 0.012 mm lower, from 3 mm on higher.
+double grooves_mm(double x_mm, double z_mm)
+{
+  const double away_mm = z_mm - 0.4 * std::max(x_mm, 0.0);
+  const double lead_mm = std::min(0.006 * std::max(x_mm, 0.0), 0.036 - 0.012 * x_mm);
+  return std::max(lead_mm - 0.1 * z_mm * z_mm, -0.1 * away_mm * away_mm);
+}
+
+struct PinStep {
+  double across_mm = 0.0;  // the grooves
+  double energy_nmm = 0.0;
+};
+
+// The tibia draws the pin along the grooves by 1 mm a step.
+std::vector<PinStep> drawn_along_grooves(BranchRule branch)
+{
+  job::Case all = pin_under_ceiling();
+  all.reference = body_of(ceiling(44, 220, grooves_mm));
+  all.spine.branch = branch;
+  constexpr double far_mm = 1000, slack_mm = 900, stiffness_n = 500;
+  for (const double side : {-1.0, 1.0}) {
+    model::Fibre fibre = test::fibre({side * far_mm, 0, 0}, {0, 0, 0}, slack_mm);
+    fibre.stiffness_n = stiffness_n;
+    fibre.from = BodyIndex::moving;
+    fibre.to = model::follower_index(0);
+    all.followers[0].ligaments.fibres.push_back(fibre);
+  }
+  all.followers[0].ligaments.fibres.push_back(line({0, far_mm, 0}, {0, 20, 0}, 30));
+  all.followers[0].X_of_scan = shifted({-2, -3, 0});
+  solve::SweepPlan plan;
+  plan.varus_rad = {0.0};
+  solve::SweepResult result;
+  for (std::int32_t i = 0; i <= 20; ++i) {
+    all.grid.flexion_deg.push_back(1e-6 * i);  // the tibia only moves along
+    plan.flexion_rad.push_back(rad_from_deg(all.grid.flexion_deg.back()));
+    StepRecord cell;
+    cell.key = {StepKind::row, i, 0};
+    cell.status = StepStatus::stable;
+    cell.pose.translation_mm = {i - 2.0, 0, 0};
+    result.cells.push_back(cell);
+    result.spine_column.push_back(0);
+  }
+  all.push.resize(plan.flexion_rad.size());
+  EXPECT_TRUE(solve::follow(all, plan, {}, {}, 1, result));
+  std::vector<PinStep> steps;
+  for (const std::vector<StepRecord>& of_cell : result.followers) {
+    EXPECT_EQ(of_cell[0].status, StepStatus::stable) << steps.size();
+    steps.push_back(
+        {(pose_of(all, of_cell[0]) * Eigen::Vector3d::Zero()).z(), of_cell[0].balance.energy_nmm});
+  }
+  return steps;
+}
+
+double largest_change_mm(const std::vector<PinStep>& steps)
+{
+  double largest_mm = 0.0;
+  for (std::size_t i = 1; i < steps.size(); ++i)
+    largest_mm = std::max(largest_mm, std::abs(steps[i].across_mm - steps[i - 1].across_mm));
+  return largest_mm;
+}
+
+TEST(Followers, TheContinuousPathTakesABranchWhereItBegins)
+{
+  const std::vector<PinStep> lowest = drawn_along_grooves(BranchRule::lowest);
+  const std::vector<PinStep> continuous = drawn_along_grooves(BranchRule::continuous);
+  // The second groove is 0.4 mm further away each step: reached at 4 mm, and where it begins to exist, at 3.
+  constexpr double facets_mm = 0.1;
+  EXPECT_NEAR(largest_change_mm(lowest), 1.6, facets_mm);
+  EXPECT_NEAR(largest_change_mm(continuous), 1.2, facets_mm);
+  ASSERT_EQ(lowest.size(), continuous.size());
+  double above_nmm = 0.0;
+  for (std::size_t i = 0; i < lowest.size(); ++i)
+    above_nmm = std::max(above_nmm, continuous[i].energy_nmm - lowest[i].energy_nmm);
+  EXPECT_GT(above_nmm, 0.1);
+  EXPECT_LT(above_nmm, 30 * 0.02) << "the lead of the first groove";
+}
+
 TEST(Followers, LeftIsTheReflectionOfRightBitForBit)
 {
   job::Case right = pin_under_ceiling();
