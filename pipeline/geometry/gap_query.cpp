@@ -434,9 +434,7 @@ const GapResult& GapQuery::features(const MovingPose& pose, double band_mm)
 {
   const Placement place(pose);
   state_->start(pose, place);
-  // Without an initial bound the band would collect half the mesh.
-  if (state_->answer.pair.reference < 0) state_->find_least(pose, place);
-  if (state_->answer.pair.reference >= 0) state_->find_features(pose, place, band_mm);
+  state_->find_features(pose, place, band_mm);
   state_->signed_hints.remember(state_->answer.pair);
   return state_->answer;
 }

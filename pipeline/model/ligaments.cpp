@@ -198,7 +198,7 @@ Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, 
   const JointPlacement placement = joint_placement(attitude, pose);
   Potential sum;
   for (const Fibre& fibre : ligaments.fibres) {
-    const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
+    const FibrePath path = taut_path(fibre, ligaments.wraps, placement);
     const LengthEnergy energy = energy_of(fibre, path.length_mm, ligaments.transition_strain);
     if (energy.force_n > 0.0) add_path(path, energy, pose, sum);
   }
@@ -221,7 +221,7 @@ FibrePath straight_path(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& t
 
 /// Path around the fibre's wrap, in the wrap's frame. It starts at the object with the wrap, so that its end
 /// moves relative to the wrap.
-WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement& placement)
+WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement& placement, double slack_mm)
 {
   const Eigen::Matrix3d R_moving_S = placement.R_S_moving.transpose();
   const auto in_wrap = [&](const Eigen::Vector3d& p_body_mm) {
@@ -241,7 +241,7 @@ WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement
     case WrapShape::cylinder:
       return cylinder_path(start_mm, end_mm, wrap.radii_mm.x(), wrap.radii_mm.z());
     case WrapShape::ellipsoid:
-      return ellipsoid_path(start_mm, end_mm, wrap.radii_mm);
+      return ellipsoid_path(start_mm, end_mm, wrap.radii_mm, slack_mm);
   }
   return {};
 }
@@ -278,13 +278,17 @@ JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose)
   return {reference_rotation(attitude), rotation_y(pose.theta_rad), pose.translation_mm};
 }
 
-FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement)
+namespace {
+
+// A path that is certainly at most `slack_mm` long may have an upper bound of its length alone.
+FibrePath path_unless_slack(const Fibre& fibre, const std::vector<Wrap>& wraps,
+                            const JointPlacement& placement, double slack_mm)
 {
   const Eigen::Vector3d reference_mm = placement.R_S_reference * fibre.reference_mm;
   const Eigen::Vector3d moving_mm = placement.t_S_moving_mm + placement.R_S_moving * fibre.moving_mm;
   if (fibre.wrap < 0) return straight_path(reference_mm, moving_mm);
   const Wrap& wrap = wraps[static_cast<std::size_t>(fibre.wrap)];
-  const WrapPath wrapped = wrapped_path(fibre, wrap, placement);
+  const WrapPath wrapped = wrapped_path(fibre, wrap, placement, slack_mm);
   if (!wrapped.is_wrapped) return straight_path(reference_mm, moving_mm);
   const bool is_on_moving = wrap.body == BodyIndex::moving;
   const Eigen::Matrix3d R_S_wrap =
@@ -300,6 +304,18 @@ FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const J
   return path;
 }
 
+}  // namespace
+
+FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement)
+{
+  return path_unless_slack(fibre, wraps, placement, 0.0);
+}
+
+FibrePath taut_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement)
+{
+  return path_unless_slack(fibre, wraps, placement, fibre.tension_n > 0.0 ? 0.0 : fibre.slack_length_mm);
+}
+
 SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps,
                                const JointPlacement& placement, std::span<Eigen::Vector3d> points_mm)
 {
@@ -308,9 +324,9 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
   points_mm.back() = placement.t_S_moving_mm + placement.R_S_moving * fibre.moving_mm;
   const Eigen::Vector3d start_mm = points_mm.front(), span_mm = points_mm.back() - start_mm;
   const std::size_t last = points_mm.size() - 1;
-  const WrapPath wrapped = fibre.wrap < 0
-                               ? WrapPath{}
-                               : wrapped_path(fibre, wraps[static_cast<std::size_t>(fibre.wrap)], placement);
+  const WrapPath wrapped =
+      fibre.wrap < 0 ? WrapPath{}
+                     : wrapped_path(fibre, wraps[static_cast<std::size_t>(fibre.wrap)], placement, 0.0);
   if (!wrapped.is_wrapped) {
     for (std::size_t k = 1; k < last; ++k)
       points_mm[k] = start_mm + static_cast<double>(k) / static_cast<double>(last) * span_mm;
@@ -403,9 +419,12 @@ Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double 
 
 namespace {
 
-constexpr int max_steps = 2000;
-
 using Eigen::Vector4d;
+
+constexpr int max_steps = 2000;
+// The largest angle of an integration step; with fine steps errors of the length are at most 1e-8 mm.
+constexpr double step_rad = 0.25;
+constexpr double integration_mm = 1e-8;
 
 /// A point of a geodesic with its Jacobi field. Positions are scaled to the unit sphere: q = p / half-axes.
 struct GeodesicState {
@@ -436,25 +455,48 @@ struct Ellipsoid {
   }
 };
 
-// One step of Nystroem's method of fifth order for y'' = f(y). Source: Hairer, Noersett, Wanner (1993),
-// II.14.
+// Stoermer's rule divides a step into 1, 2, ... parts; the results are extrapolated to parts of length 0: the
+// order is twice the number of divisions.
+constexpr int coarse = 3, fine = 6;
+
+template <int n_divisions>
+constexpr std::array<double, n_divisions> extrapolation()
+{
+  std::array<double, n_divisions> weights{};
+  for (int n = 1; n <= n_divisions; ++n) {
+    double weight = 1.0;
+    for (int m = 1; m <= n_divisions; ++m)
+      weight *= m == n ? 1.0 : n * n / static_cast<double>(n * n - m * m);
+    weights[static_cast<std::size_t>(n - 1)] = weight;
+  }
+  return weights;
+}
+
+// Source: Hairer, Noersett, Wanner (1993), II.14.
+template <int n_divisions>
 OdeState step(const OdeState& at, double h, const Ellipsoid& surface)
 {
-  const double h2 = h * h;
-  const Vector4d k1 = surface.acceleration(at.y);
-  const Vector4d k2 = surface.acceleration(at.y + (h / 5.0) * at.slope + (h2 / 50.0) * k1);
-  const Vector4d k3 = surface.acceleration(at.y + (h * 2.0 / 3.0) * at.slope + (h2 / 27.0) * (7.0 * k2 - k1));
-  const Vector4d k4 =
-      surface.acceleration(at.y + h * at.slope + (h2 / 70.0) * (21.0 * k1 - 4.0 * k2 + 18.0 * k3));
-  return {at.y + h * at.slope + (h2 / 336.0) * (14.0 * k1 + 100.0 * k2 + 54.0 * k3),
-          at.slope + (h / 336.0) * (14.0 * k1 + 125.0 * k2 + 162.0 * k3 + 35.0 * k4)};
+  static constexpr std::array<double, n_divisions> weights = extrapolation<n_divisions>();
+  const Vector4d first = surface.acceleration(at.y);
+  OdeState sum{Vector4d::Zero(), Vector4d::Zero()};
+  for (int n = 1; n <= n_divisions; ++n) {
+    const double part = h / n, weight = weights[static_cast<std::size_t>(n - 1)];
+    Vector4d change = part * at.slope + (0.5 * part * part) * first;
+    Vector4d y = at.y + change;
+    for (int i = 1; i < n; ++i) {
+      change += (part * part) * surface.acceleration(y);
+      y += change;
+    }
+    sum.y += weight * y;
+    sum.slope += (weight / part) * change + (0.5 * weight * part) * surface.acceleration(y);
+  }
+  return sum;
 }
 
 /// Integrates the geodesic by `length_mm`, backwards if negative. With q scaled and Joachimsthal's invariant
 /// C the equation is q'' = -C w^-2 q / a^2 with w = sum of q^2 / a^2; the width follows Jacobi's equation.
-/// `step_rad` is the largest angle a step; the method is of fifth order.
 GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
-                                 const Eigen::Vector3d& half_axes_mm, double step_rad)
+                                 const Eigen::Vector3d& half_axes_mm, bool is_fine)
 {
   Ellipsoid surface;
   surface.inverse_sq = half_axes_mm.cwiseProduct(half_axes_mm).cwiseInverse();
@@ -469,8 +511,10 @@ GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
   for (int i = 0; i < max_steps && left_mm != 0.0; ++i) {
     const double longest_mm = pace * surface.w(state.y);
     const bool is_last = std::abs(left_mm) <= longest_mm;
-    const double h_mm = is_last ? left_mm : std::copysign(longest_mm, left_mm);
-    state = step(state, h_mm, surface);
+    const double h_mm = is_last                                 ? left_mm
+                        : std::abs(left_mm) <= 2.0 * longest_mm ? 0.5 * left_mm
+                                                                : std::copysign(longest_mm, left_mm);
+    state = is_fine ? step<fine>(state, h_mm, surface) : step<coarse>(state, h_mm, surface);
     left_mm = is_last ? 0.0 : left_mm - h_mm;
   }
   return {state.y.head<3>(), state.slope.head<3>(), state.y.w(), state.slope.w()};
@@ -480,55 +524,15 @@ GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
 /// straight line between them.
 struct WrapProblem {
   Eigen::Vector3d half_axes_mm = Eigen::Vector3d::Ones();
-  Eigen::Vector3d start, end;  ///< scaled
-  Eigen::Vector3d along;       ///< unit, from start to end
-  Eigen::Vector3d outward;     ///< unit, from the centre to the line's nearest point
-  Eigen::Vector3d sideways;    ///< unit, completing the axes
-  double depth = 0.0;          ///< distance of the line from the centre, below 1
+  Eigen::Vector3d start, end;        ///< scaled
+  Eigen::Vector3d along;             ///< unit, from start to end
+  Eigen::Vector3d outward;           ///< unit, from the centre to the line's nearest point
+  Eigen::Vector3d sideways;          ///< unit, completing the axes
+  double depth = 0.0;                ///< distance of the line from the centre, below 1
+  double before = 0.0, after = 0.0;  ///< distances of both points from the line's nearest point
 
   Eigen::Vector3d mm(const Eigen::Vector3d& q) const { return half_axes_mm.cwiseProduct(q); }
 };
-
-// Intersection of a plane with the unit sphere; `up` points from its centre to the straight line.
-struct Circle {
-  Eigen::Vector3d centre, up;
-  double radius = 0.0;
-  double height = 0.0;  // of the line over the centre
-};
-
-Circle circle_in(const WrapProblem& scene, const SinCos& tilt)
-{
-  Circle circle;
-  circle.up = tilt.cos * scene.outward + tilt.sin * scene.sideways;
-  circle.height = scene.depth * tilt.cos;
-  circle.centre = scene.depth * scene.outward - circle.height * circle.up;
-  circle.radius = std::sqrt(std::max(0.0, 1.0 - circle.centre.squaredNorm()));
-  return circle;
-}
-
-// Tangent point of the line from `point` on the side of `up`; `turn` is -1 before the top, +1 after it.
-Eigen::Vector3d tangent_point(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& point,
-                              double turn)
-{
-  const double x = point.dot(scene.along), y = circle.height, r = circle.radius;
-  const double square = x * x + y * y;
-  const double root = turn * r * std::sqrt(std::max(0.0, square - r * r));
-  return circle.centre + ((r * r * x - root * y) / square) * scene.along +
-         ((r * r * y + root * x) / square) * circle.up;
-}
-
-// Length of the shorter arc between two points of the circle, by repeated bisection into chords.
-double arc_length_mm(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& from,
-                     const Eigen::Vector3d& to, int halvings)
-{
-  if (halvings == 0) return scene.mm(to - from).norm();
-  const Eigen::Vector3d middle = 0.5 * (from + to) - circle.centre;
-  // Opposite points, from a line through the centre, have no unique midpoint; the norm is bounded below.
-  const Eigen::Vector3d half =
-      circle.centre + middle * (circle.radius / std::max(middle.norm(), 1e-12 * circle.radius));
-  return arc_length_mm(scene, circle, from, half, halvings - 1) +
-         arc_length_mm(scene, circle, half, to, halvings - 1);
-}
 
 /// A unit vector perpendicular to a unit vector; deterministic.
 Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit)
@@ -545,10 +549,11 @@ bool set_straight_line(WrapProblem& scene)
   const double length = span.norm();
   if (length == 0.0) return false;
   scene.along = span / length;
-  const double before = -scene.start.dot(scene.along), after = scene.end.dot(scene.along);
-  const Eigen::Vector3d nearest = scene.start + before * scene.along;
+  scene.before = -scene.start.dot(scene.along);
+  scene.after = scene.end.dot(scene.along);
+  const Eigen::Vector3d nearest = scene.start + scene.before * scene.along;
   scene.depth = nearest.norm();
-  if (!(before > 0.0 && after > 0.0 && scene.depth < 1.0)) return false;
+  if (!(scene.before > 0.0 && scene.after > 0.0 && scene.depth < 1.0)) return false;
   // For a line through the centre any plane is valid.
   scene.outward =
       scene.depth > 1e-12 ? Eigen::Vector3d(nearest / scene.depth) : any_perpendicular(scene.along);
@@ -556,38 +561,100 @@ bool set_straight_line(WrapProblem& scene)
   return true;
 }
 
-/// A planar path: tangent, arc, tangent.
-struct PlanarPath {
-  double length_mm = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
-  Eigen::Vector3d leave = Eigen::Vector3d::Zero();
-  double arc_mm = 0.0;  ///< by chords, one percent too short
+// Planar paths (tangent, arc, tangent) in half-planes bounded by the straight line, `n` at once. A plane cuts
+// the unit sphere in a circle, whose top is its point farthest from the line.
+template <int n>
+using PerPlane = Eigen::Array<double, n, 1>;
+
+/// One side of the tops, up to an attachment.
+template <int n>
+struct PlanarSides {
+  PerPlane<n> sine, cosine;  ///< of the angle between the top and the tangent point
+  PerPlane<n> free_mm, arc_mm;
+  PerPlane<n> enclosing_mm;  ///< from the attachment along its tangent to that of the top
 };
 
-/// The path in the half-plane bounded by the straight line, rotated by `tilt` from `outward` to `sideways`.
-PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt)
+template <int n>
+struct PlanarPaths {
+  PerPlane<n> up, across;      ///< of the circle's top: along `outward` and `sideways`
+  PerPlane<n> height, radius;  ///< of the line over the circle's centre, and of the circle
+  PlanarSides<n> first, last;
+
+  PerPlane<n> length_mm() const { return first.free_mm + first.arc_mm + last.arc_mm + last.free_mm; }
+};
+
+// Evenly around the straight line, the first plane through `outward`.
+template <int n>
+PlanarPaths<n> planar_paths(const WrapProblem& scene)
 {
-  constexpr int halvings = 2;
-  const Circle circle = circle_in(scene, tilt);
-  const Eigen::Vector3d top = circle.centre + circle.radius * circle.up;
-  PlanarPath path;
-  path.touch = tangent_point(scene, circle, scene.start, -1.0);
-  path.leave = tangent_point(scene, circle, scene.end, 1.0);
-  path.arc_mm = arc_length_mm(scene, circle, path.touch, top, halvings) +
-                arc_length_mm(scene, circle, top, path.leave, halvings);
-  path.length_mm =
-      scene.mm(path.touch - scene.start).norm() + path.arc_mm + scene.mm(scene.end - path.leave).norm();
-  return path;
+  static const PlanarPaths<n> planes = [] {
+    PlanarPaths<n> out;
+    for (int i = 0; i < n; ++i) {
+      const SinCos tilt = sin_cos(i * (2.0 * pi / n));
+      out.up(i) = tilt.cos;
+      out.across(i) = tilt.sin;
+    }
+    return out;
+  }();
+  PlanarPaths<n> paths = planes;
+  paths.height = scene.depth * paths.up;
+  paths.radius = (1.0 - scene.depth * scene.depth + paths.height.square()).max(0.0).sqrt();
+  const Eigen::Vector3d along_mm = scene.mm(scene.along), up_mm = scene.mm(scene.outward),
+                        across_mm = scene.mm(scene.sideways);
+  // Squares and product of the lengths of steps along the line and upwards.
+  const double along_sq = along_mm.squaredNorm(), along_norm = std::sqrt(along_sq);
+  const PerPlane<n> up_sq = up_mm.squaredNorm() * paths.up.square() +
+                            2.0 * up_mm.dot(across_mm) * paths.up * paths.across +
+                            across_mm.squaredNorm() * paths.across.square();
+  const PerPlane<n> along_up = along_mm.dot(up_mm) * paths.up + along_mm.dot(across_mm) * paths.across;
+  const auto side = [&](double distance, double sign) {
+    const PerPlane<n>& r = paths.radius;
+    const PerPlane<n>& h = paths.height;
+    const auto length = [&](const PerPlane<n>& x, const PerPlane<n>& y) {
+      return PerPlane<n>(
+          (along_sq * x.square() + (2.0 * sign) * along_up * x * y + up_sq * y.square()).sqrt());
+    };
+    PlanarSides<n> out;
+    const PerPlane<n> square = distance * distance + h.square();
+    const PerPlane<n> root = (square - r.square()).max(0.0).sqrt();
+    out.sine = (r * distance - root * h) / square;
+    out.cosine = (r * h + root * distance) / square;
+    out.free_mm = length(distance - r * out.sine, h - r * out.cosine);
+    // Simpson's rule over the angle, which is four times that of a quarter.
+    const PerPlane<n> half_cosine = (0.5 + 0.5 * out.cosine).max(1e-12).sqrt();
+    const PerPlane<n> half_sine = 0.5 * out.sine / half_cosine;
+    const PerPlane<n> quarter_sine = 0.5 * half_sine / (0.5 + 0.5 * half_cosine).sqrt();
+    const PerPlane<n> sq = quarter_sine.square();
+    const PerPlane<n> angle =
+        4.0 * quarter_sine * (1.0 + sq * (1.0 / 6.0 + sq * (3.0 / 40.0 + sq * (5.0 / 112.0))));
+    out.arc_mm = angle * r / 6.0 *
+                 (along_norm + 4.0 * length(half_cosine, -half_sine) + length(out.cosine, -out.sine));
+    const PerPlane<n> corner = r * half_sine / half_cosine;  // of both tangents, from the top
+    out.enclosing_mm = length(distance - corner, h - r) + along_norm * corner;
+    return out;
+  };
+  paths.first = side(scene.before, -1.0);
+  paths.last = side(scene.after, 1.0);
+  return paths;
 }
 
-// Initial planar paths, evenly around the straight line.
-constexpr std::size_t n_planes = 16;
-// Integration steps far from and near the solution; the fine step gives errors of at most 1e-8 mm.
-constexpr double coarse_step_rad = 0.06, fine_step_rad = 0.014;
-// Misses, relative to the largest half-axis, at which fine steps begin and at which the solution has
-// converged. Newton's convergence is quadratic.
-constexpr double near_miss = 1e-4, no_miss = 1e-10;
+// Tangent point of plane `i`, scaled; `sign` of the side: -1 before the top, +1 after it.
+template <int n>
+Eigen::Vector3d tangent_point(const WrapProblem& scene, const PlanarPaths<n>& paths, int i, double sign)
+{
+  const PlanarSides<n>& side = sign < 0.0 ? paths.first : paths.last;
+  const Eigen::Vector3d up = paths.up(i) * scene.outward + paths.across(i) * scene.sideways;
+  const double over_centre = paths.radius(i) * side.cosine(i) - paths.height(i);
+  return scene.depth * scene.outward + over_centre * up +
+         (sign * paths.radius(i) * side.sine(i)) * scene.along;
+}
+
 constexpr int max_shots = 30;
+// A path that misses the end by this share of the largest half-axis has converged.
+constexpr double no_miss = 1e-10;
+// Newton steps as shares of the smallest half-axis: fine integration begins; as a share of the last free
+// segment too: second derivatives at the end replace the step.
+constexpr double near_step = 0.1, small_step = 1e-5;
 
 // Moves a point on the surface slightly outside, so that its tangent points are distinct.
 Eigen::Vector3d moved_outside(const Eigen::Vector3d& q)
@@ -623,7 +690,6 @@ Eigen::Vector3d on_horizon(const Horizon& horizon, double angle_rad)
 struct InitialValues {
   double angle_rad = 0.0;  // round the horizon
   double arc_mm = 0.0;     // on the surface
-  double step_rad = coarse_step_rad;
 };
 
 // The path for given initial values, and the miss of its last segment at the end.
@@ -631,13 +697,12 @@ struct Shot {
   double first_mm = 0.0;
   double ahead_mm = 0.0;   // derivative of the tangent point over the angle, along the path
   GeodesicState at_leave;  // the width is over the angle, negative at the start
-  Eigen::Vector3d end_mm;  // relative to the point of leaving the surface
   Eigen::Vector3d direction, normal, across;
   double last_mm = 0.0;  // the end's distance along the direction
   double miss_normal_mm = 0.0, miss_across_mm = 0.0;
 };
 
-Shot shoot(const WrapProblem& scene, const Horizon& horizon, const InitialValues& initial)
+Shot shoot(const WrapProblem& scene, const Horizon& horizon, const InitialValues& initial, bool is_fine)
 {
   const Eigen::Vector3d& a = scene.half_axes_mm;
   const SinCos turn = sin_cos(initial.angle_rad);
@@ -652,14 +717,14 @@ Shot shoot(const WrapProblem& scene, const Horizon& horizon, const InitialValues
   state.width = v.cross(state.q.cwiseQuotient(a).normalized()).dot(pace_mm);
   state.width_slope = state.width / shot.first_mm;
   shot.ahead_mm = v.dot(pace_mm);
-  shot.at_leave = integrate_geodesic(state, initial.arc_mm, a, initial.step_rad);
-  shot.end_mm = scene.mm(scene.end - shot.at_leave.q);
+  shot.at_leave = integrate_geodesic(state, initial.arc_mm, a, is_fine);
+  const Eigen::Vector3d end_mm = scene.mm(scene.end - shot.at_leave.q);
   shot.direction = scene.mm(shot.at_leave.q_slope).normalized();
   shot.normal = shot.at_leave.q.cwiseQuotient(a).normalized();
   shot.across = shot.direction.cross(shot.normal);
-  shot.last_mm = shot.end_mm.dot(shot.direction);
-  shot.miss_normal_mm = shot.end_mm.dot(shot.normal);
-  shot.miss_across_mm = shot.end_mm.dot(shot.across);
+  shot.last_mm = end_mm.dot(shot.direction);
+  shot.miss_normal_mm = end_mm.dot(shot.normal);
+  shot.miss_across_mm = end_mm.dot(shot.across);
   return shot;
 }
 
@@ -691,64 +756,11 @@ InitialValues newton_step(const WrapProblem& scene, const InitialValues& initial
   return next;
 }
 
-struct Geodesic {
-  double length_mm = std::numeric_limits<double>::infinity();  // infinite: not found
-  Horizon horizon;
-  InitialValues initial;
-  Shot shot;
-};
-
 // No conjugate point up to the end: a local minimum, not a saddle.
-bool is_locally_shortest(const Geodesic& geodesic)
+bool is_locally_shortest(const InitialValues& initial, const Shot& shot)
 {
-  const Shot& shot = geodesic.shot;
-  return geodesic.initial.arc_mm >= 0.0 && shot.at_leave.width < 0.0 &&
+  return initial.arc_mm >= 0.0 && shot.at_leave.width < 0.0 &&
          shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope < 0.0;
-}
-
-// Newton iteration until the miss is below `max_miss` times the largest half-axis.
-Geodesic solve_shooting(const WrapProblem& scene, const Horizon& horizon, InitialValues initial,
-                        double max_miss)
-{
-  const double max_miss_mm = max_miss * scene.half_axes_mm.maxCoeff();
-  for (int i = 0; i < max_shots; ++i) {
-    const Shot shot = shoot(scene, horizon, initial);
-    if (shot.last_mm < 0.0) {
-      // The arc ends beyond the end's tangent point: the tangent point is about as far before the end.
-      initial.arc_mm = std::max(0.0, initial.arc_mm + 2.0 * shot.last_mm);
-      continue;
-    }
-    if (std::abs(shot.miss_normal_mm) + std::abs(shot.miss_across_mm) < max_miss_mm) {
-      // The remaining miss changes the length only to second order.
-      const Geodesic found{shot.first_mm + initial.arc_mm + shot.end_mm.norm(), horizon, initial, shot};
-      return is_locally_shortest(found) ? found : Geodesic{};
-    }
-    initial = newton_step(scene, initial, shot);
-  }
-  return {};
-}
-
-using PlanarPaths = std::array<PlanarPath, n_planes>;
-
-// Starts from the planar paths that are shorter than both neighbours, or from all. Paths much longer than the
-// shortest cannot lead to the shortest geodesic.
-Geodesic shortest_geodesic(const WrapProblem& scene, const PlanarPaths& paths, double shortest_mm,
-                           bool from_all)
-{
-  constexpr double worth_trying = 1.1;
-  Geodesic best;
-  for (std::size_t i = 0; i < n_planes; ++i) {
-    if (paths[i].length_mm > worth_trying * shortest_mm) continue;
-    const bool is_shorter = paths[i].length_mm <= paths[(i + 1) % n_planes].length_mm &&
-                            paths[i].length_mm < paths[(i + n_planes - 1) % n_planes].length_mm;
-    if (!is_shorter && !from_all) continue;
-    const Geodesic geodesic = solve_shooting(scene, horizon_of(scene.start, paths[i].touch),
-                                             {0.0, paths[i].arc_mm, coarse_step_rad}, near_miss);
-    if (geodesic.length_mm < best.length_mm) best = geodesic;
-  }
-  if (std::isinf(best.length_mm)) return best;
-  return solve_shooting(scene, best.horizon, {best.initial.angle_rad, best.initial.arc_mm, fine_step_rad},
-                        no_miss);
 }
 
 // Sets the first point on the surface, the direction there and the arc length.
@@ -759,40 +771,107 @@ void set_touch(WrapPath& path, const WrapProblem& scene, const Eigen::Vector3d& 
   path.arc_mm = arc_mm;
 }
 
-WrapPath path_of(const WrapProblem& scene, const Geodesic& geodesic)
+// The path of a shot that nearly meets the end. `at` are the initial values of one that does; both misses are
+// those left.
+WrapPath path_of(const WrapProblem& scene, const Horizon& horizon, const InitialValues& at, const Shot& shot,
+                 double length_mm)
 {
-  const Shot& shot = geodesic.shot;
+  // For an end on the surface the free segment vanishes; its length is bounded below.
+  const double bending_normal = 1.0 / std::max(shot.last_mm, 1e-9 * length_mm);
+  const double bending_across =
+      shot.at_leave.width_slope / (shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope);
+  const double turn_normal = bending_normal * shot.miss_normal_mm;
+  const double turn_across = bending_across * shot.miss_across_mm;
   WrapPath path;
   path.is_wrapped = true;
-  path.length_mm = geodesic.length_mm;
-  path.end_direction = shot.direction;
-  // For an end on the surface the free segment vanishes; its length is bounded below.
-  const double free_mm = std::max(shot.last_mm, 1e-9 * geodesic.length_mm);
-  const double divergence =
-      shot.at_leave.width_slope / (shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope);
-  path.bending =
-      shot.normal * shot.normal.transpose() / free_mm + divergence * shot.across * shot.across.transpose();
-  set_touch(path, scene, on_horizon(geodesic.horizon, geodesic.initial.angle_rad), geodesic.initial.arc_mm);
+  path.length_mm = length_mm + 0.5 * (turn_normal * shot.miss_normal_mm + turn_across * shot.miss_across_mm);
+  path.end_direction = (shot.direction + turn_normal * shot.normal + turn_across * shot.across).normalized();
+  path.bending = bending_normal * shot.normal * shot.normal.transpose() +
+                 bending_across * shot.across * shot.across.transpose();
+  set_touch(path, scene, on_horizon(horizon, at.angle_rad), at.arc_mm);
   return path;
 }
 
-// The planar path, where no geodesic was found.
-WrapPath path_of(const WrapProblem& scene, const PlanarPath& planar)
+// Newton iteration for the geodesic; not wrapped if none is found.
+WrapPath geodesic_path(const WrapProblem& scene, const Horizon& horizon, InitialValues initial)
 {
+  const double no_miss_mm = no_miss * scene.half_axes_mm.maxCoeff();
+  const double least_axis_mm = scene.half_axes_mm.minCoeff();
+  double least_miss_mm = std::numeric_limits<double>::infinity();
+  InitialValues nearest = initial;
+  bool is_fine = false;
+  for (int i = 0; i < max_shots; ++i) {
+    Shot shot = shoot(scene, horizon, initial, is_fine);
+    if (shot.last_mm < 0.0) {
+      // The arc ends beyond the end's tangent point: the tangent point is about as far before the end.
+      initial.arc_mm = std::max(0.0, initial.arc_mm + 2.0 * shot.last_mm);
+      continue;
+    }
+    const double miss_mm = std::abs(shot.miss_normal_mm) + std::abs(shot.miss_across_mm);
+    if (miss_mm > least_miss_mm) {  // the step was too long
+      initial = {0.5 * (initial.angle_rad + nearest.angle_rad), 0.5 * (initial.arc_mm + nearest.arc_mm)};
+      continue;
+    }
+    least_miss_mm = miss_mm;
+    nearest = initial;
+    const InitialValues next = newton_step(scene, initial, shot);
+    const double step_mm = std::abs(next.arc_mm - initial.arc_mm) +
+                           std::abs(shot.at_leave.width * (next.angle_rad - initial.angle_rad));
+    const bool is_converged = miss_mm < no_miss_mm;
+    if (is_fine && (is_converged || step_mm < small_step * std::min(shot.last_mm, least_axis_mm))) {
+      if (!is_locally_shortest(initial, shot)) return {};
+      if (is_converged) shot.miss_normal_mm = shot.miss_across_mm = 0.0;
+      return path_of(scene, horizon, is_converged ? initial : next, shot,
+                     shot.first_mm + initial.arc_mm + shot.last_mm);
+    }
+    initial = next;
+    if (is_fine || step_mm > near_step * least_axis_mm) continue;
+    is_fine = true;
+    least_miss_mm = std::numeric_limits<double>::infinity();
+  }
+  return {};
+}
+
+constexpr int n_planes = 16;
+
+// Starts from the planar paths that are shorter than both neighbours, or from all. Paths much longer than the
+// shortest cannot lead to the shortest geodesic.
+WrapPath shortest_geodesic(const WrapProblem& scene, const PlanarPaths<n_planes>& paths, bool from_all)
+{
+  constexpr double worth_trying = 1.1;
+  const PerPlane<n_planes> length_mm = paths.length_mm();
+  const double longest_mm = worth_trying * length_mm.minCoeff();
+  WrapPath best;
+  for (int i = 0; i < n_planes; ++i) {
+    if (length_mm(i) > longest_mm) continue;
+    const bool is_shorter = length_mm(i) <= length_mm((i + 1) % n_planes) &&
+                            length_mm(i) < length_mm((i + n_planes - 1) % n_planes);
+    if (!is_shorter && !from_all) continue;
+    const Horizon horizon = horizon_of(scene.start, tangent_point(scene, paths, i, -1.0));
+    const WrapPath path = geodesic_path(scene, horizon, {0.0, paths.first.arc_mm(i) + paths.last.arc_mm(i)});
+    if (path.is_wrapped && (!best.is_wrapped || path.length_mm < best.length_mm)) best = path;
+  }
+  return best;
+}
+
+// The shortest planar path, where no geodesic was found.
+WrapPath shortest_planar(const WrapProblem& scene, const PlanarPaths<n_planes>& paths)
+{
+  int i = 0;
   WrapPath path;
   path.is_wrapped = true;
-  path.length_mm = planar.length_mm;
-  path.end_direction = scene.mm(scene.end - planar.leave).normalized();
+  path.length_mm = paths.length_mm().minCoeff(&i);
+  path.end_direction = scene.mm(scene.end - tangent_point(scene, paths, i, 1.0)).normalized();
   path.bending =
       (Eigen::Matrix3d::Identity() - path.end_direction * path.end_direction.transpose()) / path.length_mm;
-  set_touch(path, scene, planar.touch, planar.arc_mm);
+  set_touch(path, scene, tangent_point(scene, paths, i, -1.0), paths.first.arc_mm(i) + paths.last.arc_mm(i));
   return path;
 }
 
 }  // namespace
 
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
-                        const Eigen::Vector3d& half_axes_mm)
+                        const Eigen::Vector3d& half_axes_mm, double slack_mm)
 {
   WrapProblem scene;
   scene.half_axes_mm = half_axes_mm;
@@ -802,15 +881,15 @@ WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& 
   scene.start = moved_outside(scene.start);
   scene.end = moved_outside(scene.end);
   if (!set_straight_line(scene)) return {};
-  PlanarPaths paths;
-  const PlanarPath* shortest = &paths[0];
-  for (std::size_t i = 0; i < n_planes; ++i) {
-    paths[i] = planar_path(scene, sin_cos(static_cast<double>(i) * (2.0 * pi / n_planes)));
-    if (paths[i].length_mm < shortest->length_mm) shortest = &paths[i];
+  if (slack_mm > 0.0) {
+    const PlanarPaths<1> over = planar_paths<1>(scene);
+    const double enclosing_mm = over.first.enclosing_mm(0) + over.last.enclosing_mm(0);
+    if (enclosing_mm < slack_mm - integration_mm) return {true, enclosing_mm};
   }
-  Geodesic best = shortest_geodesic(scene, paths, shortest->length_mm, false);
-  if (std::isinf(best.length_mm)) best = shortest_geodesic(scene, paths, shortest->length_mm, true);
-  return std::isinf(best.length_mm) ? path_of(scene, *shortest) : path_of(scene, best);
+  const PlanarPaths<n_planes> paths = planar_paths<n_planes>(scene);
+  WrapPath best = shortest_geodesic(scene, paths, false);
+  if (!best.is_wrapped) best = shortest_geodesic(scene, paths, true);
+  return best.is_wrapped ? best : shortest_planar(scene, paths);
 }
 
 Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm, const Eigen::Vector3d& half_axes_mm)
@@ -818,7 +897,7 @@ Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm, const 
   GeodesicState state;
   state.q = path.touch_mm.cwiseQuotient(half_axes_mm);
   state.q_slope = path.start_direction.cwiseQuotient(half_axes_mm);
-  return half_axes_mm.cwiseProduct(integrate_geodesic(state, along_mm, half_axes_mm, fine_step_rad).q);
+  return half_axes_mm.cwiseProduct(integrate_geodesic(state, along_mm, half_axes_mm, true).q);
 }
 
 }  // namespace vrda::inline model

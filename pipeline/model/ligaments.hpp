@@ -163,6 +163,10 @@ struct FibrePath {
 /// No allocation.
 FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement);
 
+/// The same of a fibre under tension. Of a slack one `length_mm` may be an upper bound below the slack
+/// length, and the rest unset.
+FibrePath taut_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement);
+
 struct SampledFibre {
   double length_mm = 0.0;  ///< as from fibre_path, not the length of the polyline
   bool is_wrapped = false;
@@ -200,8 +204,9 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
 /// Around an ellipsoid: a geodesic between two tangents, the shortest found from initial planes around the
 /// straight line. Not wrapped when a point is inside. The length is accurate to 1e-8 mm for lengths of tens
 /// of mm and half-axes up to 5 : 1; for flatter shapes the result may be a longer geodesic or a planar path.
+/// A path that is surely shorter than `slack_mm` may have an upper bound of its length and nothing else.
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
-                        const Eigen::Vector3d& half_axes_mm);
+                        const Eigen::Vector3d& half_axes_mm, double slack_mm = 0.0);
 
 /// The point on a cylinder or an ellipsoid at arc length `along_mm` from the first tangent point; to 1e-8 mm.
 Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm);

@@ -311,7 +311,7 @@ double CoordinateEquilibrium::Run::fibre_energy_nmm(const SolverPosition& at, Ve
   if (state_.ligaments.fibres.empty() && task_.loads.directions.empty()) return energy;
   const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
   for (const model::Fibre& fibre : state_.ligaments.fibres) {
-    const model::FibrePath path = model::fibre_path(fibre, state_.ligaments.wraps, placement);
+    const model::FibrePath path = model::taut_path(fibre, state_.ligaments.wraps, placement);
     if (fibre.tension_n > 0.0) {
       energy += fibre.tension_n * path.length_mm;
       wrench += wrench_of(fibre.tension_n * path.direction, path.end_mm, at);

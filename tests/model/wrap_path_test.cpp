@@ -203,6 +203,22 @@ TEST(EllipsoidPath, TurnedHalfRoundAnAxisIsTheSame)
   }
 }
 
+TEST(EllipsoidPath, OfASlackFibreIsBoundedBelowTheSlackLength)
+{
+  Random random(11);
+  int n_bounded = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Ends ends = wrapped_ends(ellipsoid, random);
+    const double length_mm = ellipsoid.path(ends.a, ends.b).length_mm;
+    const double slack_mm = random.uniform(0.9, 1.2) * length_mm;
+    const double bound_mm = model::ellipsoid_path(ends.a, ends.b, half_axes_mm, slack_mm).length_mm;
+    n_bounded += bound_mm != length_mm;
+    EXPECT_GE(bound_mm, length_mm - integration_mm);
+    EXPECT_EQ(bound_mm < slack_mm, length_mm < slack_mm);
+  }
+  EXPECT_GT(n_bounded, 100);
+}
+
 TEST(EllipsoidPath, IsInactiveForAnAttachmentInside)
 {
   EXPECT_FALSE(model::ellipsoid_path({0, 0, 11.9}, {0, 5, -40}, half_axes_mm).is_wrapped);
