@@ -86,6 +86,8 @@ struct AuditFigures {
   double mean_gap_mm = 0.0;          ///< of the same poses
   double mean_penetration_mm = 0.0;  ///< of the overlapping poses
   store::TwoSidedFigures two_sided;  ///< of all poses, if the joint has compartments
+
+  int n_free() const { return n_poses - n_overlapping - n_nothing_ahead; }
 };
 
 AuditFigures figures_of(const store::AuditSet& audit);

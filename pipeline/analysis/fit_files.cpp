@@ -28,9 +28,8 @@ FitsJson misfit_json(const Misfit& misfit, bool is_follower)
 {
   FitsJson json = FitsJson::object();
   for (std::size_t c = is_follower ? 0 : 1; c < n_scored; ++c) {
-    const char* name = is_follower ? follower_coordinate_names[c] : coordinate_names[c].name;
-    const double value = c < n_angles ? deg_from_rad(misfit[c]) : misfit[c];
-    json[std::string(name) + (c < n_angles ? "_deg" : "_mm")] = core::json_value(value);
+    const char* name = is_follower ? follower_coordinate_names[c] : joint_coordinate_names[c];
+    json[std::string(name) + unit_suffix(c)] = core::json_value(in_file(misfit[c], c));
   }
   return json;
 }
@@ -72,7 +71,7 @@ FitsJson unknown_json(const FitDocument& document, std::size_t k)
 struct LoadSetting {
   const char* key;
   const job::FlexionTable* table;
-  std::vector<FittedLoad> columns;  ///< [components]
+  std::vector<job::InputLoad> columns;  ///< [components]
 };
 
 // The degrees that a file gave for an angle: those of the conversion can be off by its last bit.
@@ -91,7 +90,7 @@ DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unkn
   if (setting.table->flexion_rad.size() > 1)
     flexions_rad.insert(setting.table->flexion_rad.begin(), setting.table->flexion_rad.end());
   for (const Unknown& unknown : unknowns) {
-    if (unknown.quantity == job::FitQuantity::load &&
+    if (unknown.quantity == job::InputQuantity::load &&
         std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end())
       flexions_rad.insert(unknown.all_flexions_rad.begin(), unknown.all_flexions_rad.end());
   }
@@ -117,13 +116,15 @@ void set_loads(DocumentValue& push, const job::Job& job, const std::vector<Unkno
                const Eigen::VectorXd& change)
 {
   const LoadSetting settings[] = {
-      {"force_n", &job.push.force_n, {FittedLoad::force}},
-      {"lateral_force_n", &job.push.lateral_force_n, {FittedLoad::anterior_force, FittedLoad::right_force}},
-      {"moment_nmm", &job.push.moment_nmm, {FittedLoad::moment}},
-      {"varus_moment_nmm", &job.push.varus_moment_nmm, {FittedLoad::varus_moment}}};
+      {"force_n", &job.push.force_n, {job::InputLoad::force}},
+      {"lateral_force_n",
+       &job.push.lateral_force_n,
+       {job::InputLoad::anterior_force, job::InputLoad::right_force}},
+      {"moment_nmm", &job.push.moment_nmm, {job::InputLoad::moment}},
+      {"varus_moment_nmm", &job.push.varus_moment_nmm, {job::InputLoad::varus_moment}}};
   for (const LoadSetting& setting : settings) {
     const bool is_fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const Unknown& unknown) {
-      return unknown.quantity == job::FitQuantity::load &&
+      return unknown.quantity == job::InputQuantity::load &&
              std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end();
     });
     if (is_fitted) push[setting.key] = changed_setting(setting, unknowns, change);
@@ -210,7 +211,7 @@ std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
     double variance = 0.0;
     for (std::size_t k = 0; k < unknowns.size(); ++k) {
       const bool changes =
-          unknowns[k].quantity == job::FitQuantity::reference_strain && unknowns[k].follower == follower &&
+          unknowns[k].quantity == job::InputQuantity::reference_strain && unknowns[k].follower == follower &&
           std::find(unknowns[k].fibres.begin(), unknowns[k].fibres.end(), row) != unknowns[k].fibres.end();
       if (changes) variance += found.unknowns[k].sd * found.unknowns[k].sd;
     }
@@ -241,13 +242,11 @@ std::string fitted_job_text(const job::Job& job, const job::Case& job_case, cons
   set_loads(root["push"], job, unknowns, change);
   const job::Case changed = changed_case(job_case, unknowns, change);
   for (const Unknown& unknown : unknowns) {
-    if (!unknown.follower || unknown.quantity != job::FitQuantity::load) continue;
+    if (!unknown.follower || unknown.quantity != job::InputQuantity::load) continue;
     DocumentValue& follower = root["follower"].at(*unknown.follower);
     const job::Follower& found = changed.followers.at(*unknown.follower);
-    if (unknown.load == FittedLoad::push)
-      follower["push"]["force_n"] = found.push_n;
-    else
-      follower["tension_n"] = job::tension_n(found);
+    (unknown.load == job::InputLoad::push ? follower["push"]["force_n"] : follower["tension_n"]) =
+        job::load_n(found, unknown.load);
   }
   root.erase("fit");
   return core::toml_text(root);

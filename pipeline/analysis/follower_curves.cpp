@@ -22,16 +22,14 @@ std::vector<CurveGroup> follower_curves(const store::MotionModel& model,
         "mm",
         {}};
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      Curve curve{"follower_" + follower->name + "_" + follower_coordinate_names[k] +
-                      (is_rotation(k) ? "_deg" : "_mm"),
+      Curve curve{"follower_" + follower->name + "_" + follower_coordinate_names[k] + unit_suffix(k),
                   follower_coordinate_names[k],
                   {}};
       for (const store::JointPose& pose : poses) {
         const std::optional<Pose> X_of = pose.X_of(*follower);
-        const double value = X_of ? follower_coordinates(*X_of, side_named(model.side),
-                                                         follower->centre_mm)(static_cast<Eigen::Index>(k))
-                                  : nan;
-        curve.values.push_back(is_rotation(k) ? deg_from_rad(value) : value);
+        curve.values.push_back(
+            X_of ? in_files(follower_coordinates(*X_of, side_named(model.side), follower->centre_mm))[k]
+                 : nan);
       }
       (is_rotation(k) ? turns : shifts).curves.push_back(std::move(curve));
     }

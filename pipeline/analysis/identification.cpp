@@ -15,65 +15,7 @@
 namespace vrda::analysis {
 namespace {
 
-constexpr std::array<const char*, 7> load_names{"force",        "anterior_force", "right_force", "moment",
-                                                "varus_moment", "push",           "tension"};
-constexpr std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
 constexpr double least_strain = -0.9, largest_strain = 1.0;  // as an uncertain strain
-
-template <std::size_t n>
-std::size_t row_of_name(const std::array<const char*, n>& names, const std::string& name)
-{
-  for (std::size_t k = 0; k < n; ++k) {
-    if (name == names[k]) return k;
-  }
-  check(false, "a word of the schema");
-  return 0;
-}
-
-// Names of the groups that share an unknown, in the order of the fibres, with their rows.
-struct FibreGroup {
-  std::string name;
-  std::vector<std::size_t> fibres;
-};
-
-std::vector<FibreGroup> groups_of(const job::Job& job, const std::vector<model::Fibre>& fibres,
-                                  std::size_t number, const Unknown& unknown)
-{
-  const job::FitParameterJob& parameter = job.fit->parameters[number];
-  const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
-  std::vector<FibreGroup> groups;
-  bool is_known = false;
-  for (std::size_t k = 0; k < fibres.size(); ++k) {
-    if (!parameter.fibre.empty() && fibres[k].name != parameter.fibre) continue;
-    if (!parameter.bundle.empty() && fibres[k].bundle != parameter.bundle) continue;
-    is_known = true;
-    // Lines have no strain; only some fibres of a follower end on the body.
-    if (is_strain ? fibres[k].tension_n > 0.0
-                  : fibres[k].from != unknown.body && fibres[k].to != unknown.body)
-      continue;
-    const std::string name = parameter.shared_by == "all"     ? "all"
-                             : parameter.shared_by == "fibre" ? fibres[k].name
-                                                              : fibres[k].bundle;
-    auto at =
-        std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.name == name; });
-    if (at == groups.end()) at = groups.insert(groups.end(), {name, {}});
-    at->fibres.push_back(k);
-  }
-  if (!groups.empty()) return groups;
-  if (is_known)
-    job.document.refuse("fit.parameter." + std::to_string(number) + (is_strain ? ".quantity" : ".body"),
-                        is_strain ? "reference_strain of lines of constant tension" : parameter.body,
-                        is_strain ? "fibres with a stiffness" : "an object on which these fibres end");
-  const bool is_fibre = !parameter.fibre.empty();
-  std::vector<std::string> known;
-  for (const model::Fibre& fibre : fibres) known.push_back(is_fibre ? fibre.name : fibre.bundle);
-  const std::string& requested = is_fibre ? parameter.fibre : parameter.bundle;
-  job.document.refuse("fit.parameter." + std::to_string(number) + (is_fibre ? ".fibre" : ".bundle"),
-                      known.empty() ? "no fibres" : '"' + requested + '"',
-                      known.empty()
-                          ? "[ligaments]"
-                          : "one of the job; the nearest is \"" + nearest_word(requested, known) + '"');
-}
 
 // Of an unknown at one of several angles: 1 there, 0 at the neighbours.
 double hat(const Unknown& unknown, double flexion_rad)
@@ -90,21 +32,15 @@ double hat(const Unknown& unknown, double flexion_rad)
   return 0.0;
 }
 
-// Of a follower: its push, or the tension of its lines together.
-double load_n(const job::Follower& follower, FittedLoad load)
-{
-  return load == FittedLoad::push ? follower.push_n : job::tension_n(follower);
-}
-
 void add_load(const job::Job& job, const job::Case& job_case, std::size_t number, Unknown unknown,
               std::vector<Unknown>& all)
 {
   const job::FitParameterJob& parameter = job.fit->parameters[number];
-  unknown.load = static_cast<FittedLoad>(row_of_name(load_names, parameter.load));
+  unknown.load = core::value_named<job::InputLoad>(parameter.load).value();
   unknown.name += parameter.load;
   const std::string key = "fit.parameter." + std::to_string(number);
   if (unknown.follower &&
-      load_n(job_case.followers.at(*unknown.follower), unknown.load) + parameter.from < 0.0)
+      job::load_n(job_case.followers.at(*unknown.follower), unknown.load) + parameter.from < 0.0)
     job.document.refuse(key + ".from", shortest_decimal(parameter.from),
                         "a change that leaves push.force_n above 0");
   if (parameter.flexion_deg.empty()) all.push_back(unknown);
@@ -130,9 +66,9 @@ job::Push changed_push(job::Push push, const LoadChange& by)
 
 const char* Unknown::unit() const
 {
-  if (quantity == job::FitQuantity::reference_strain) return "";
-  if (quantity == job::FitQuantity::attachment) return "mm";
-  return load == FittedLoad::moment || load == FittedLoad::varus_moment ? "N mm" : "N";
+  if (quantity == job::InputQuantity::reference_strain) return "";
+  if (quantity == job::InputQuantity::attachment) return "mm";
+  return load == job::InputLoad::moment || load == job::InputLoad::varus_moment ? "N mm" : "N";
 }
 
 std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
@@ -150,43 +86,50 @@ std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
       unknown.follower = static_cast<std::size_t>(own - job_case.followers.begin());
       unknown.name = parameter.follower + ' ';
     }
-    if (parameter.quantity == job::FitQuantity::load) {
+    if (parameter.quantity == job::InputQuantity::load) {
       add_load(job, job_case, k, unknown, all);
       continue;
     }
-    const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
+    const bool is_strain = parameter.quantity == job::InputQuantity::reference_strain;
     if (!is_strain) {
       unknown.body = job::attached_body(job, parameter.body, "fit.parameter." + std::to_string(k) + ".body");
-      unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
+      unknown.axis = std::ranges::find(axis_names, parameter.axis) - axis_names.begin();
     }
     const model::Ligaments& ligaments = job::ligaments_of(job_case, unknown.follower);
-    const std::string owner = unknown.name;
-    for (const FibreGroup& group : groups_of(job, ligaments.fibres, k, unknown)) {
-      unknown.fibres = group.fibres;
-      unknown.name =
-          owner + (is_strain ? "reference_strain " + group.name
-                             : "attachment " + parameter.body + ' ' + group.name + ' ' + parameter.axis);
-      all.push_back(unknown);
+    job::choose_fibres(job.document, "fit.parameter." + std::to_string(k), ligaments.fibres,
+                       {parameter.fibre, parameter.bundle, parameter.body}, unknown);
+    // One unknown for the fibres that share it, in the order of the fibres.
+    std::vector<std::pair<std::string, Unknown>> groups;
+    for (const std::size_t row : unknown.fibres) {
+      const std::string& name = job::shared_name(ligaments.fibres[row], parameter.shared_by);
+      auto at = std::ranges::find(groups, name, &std::pair<std::string, Unknown>::first);
+      if (at == groups.end()) {
+        at = groups.insert(groups.end(), {name, unknown});
+        at->second.fibres.clear();
+        at->second.name += is_strain ? "reference_strain " + name
+                                     : "attachment " + parameter.body + ' ' + name + ' ' + parameter.axis;
+      }
+      at->second.fibres.push_back(row);
     }
+    for (auto& [name, one] : groups) all.push_back(std::move(one));
   }
   return all;
 }
 
-double& component(LoadChange& change, FittedLoad load)
+double& component(LoadChange& change, job::InputLoad load)
 {
   switch (load) {
-    case FittedLoad::anterior_force:
+    case job::InputLoad::anterior_force:
       return change.force_n.x();
-    case FittedLoad::force:
+    case job::InputLoad::force:
       return change.force_n.y();
-    case FittedLoad::right_force:
+    case job::InputLoad::right_force:
       return change.force_n.z();
-    case FittedLoad::moment:
+    case job::InputLoad::moment:
       return change.moment_nmm;
-    case FittedLoad::varus_moment:
+    case job::InputLoad::varus_moment:
       return change.varus_moment_nmm;
-    case FittedLoad::push:
-    case FittedLoad::tension:
+    default:
       break;
   }
   throw InternalError("a follower's load is not the joint's");
@@ -197,7 +140,7 @@ LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::Vec
 {
   LoadChange loads;
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    if (unknowns[k].quantity == job::FitQuantity::load && !unknowns[k].follower)
+    if (unknowns[k].quantity == job::InputQuantity::load && !unknowns[k].follower)
       component(loads, unknowns[k].load) +=
           hat(unknowns[k], flexion_rad) * change(static_cast<Eigen::Index>(k));
   }
@@ -231,7 +174,7 @@ model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<
     for (const std::size_t row : unknowns[k].fibres) {
       is_changed[row] = is_changed[row] || by != 0.0;
       model::Fibre& fibre = ligaments.fibres[row];
-      if (unknowns[k].quantity == job::FitQuantity::attachment) {
+      if (unknowns[k].quantity == job::InputQuantity::attachment) {
         (unknowns[k].body == fibre.to ? fibre.moving_mm : fibre.reference_mm)(unknowns[k].axis) += by;
       } else {
         strain_change[row] += by;
@@ -264,14 +207,10 @@ job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& un
   for (std::size_t row = 0; row < changed.followers.size(); ++row)
     changed.followers[row].ligaments = changed_ligaments(job_case, unknowns, change, row);
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    if (!unknowns[k].follower || unknowns[k].quantity != job::FitQuantity::load) continue;
+    if (!unknowns[k].follower || unknowns[k].quantity != job::InputQuantity::load) continue;
     job::Follower& follower = changed.followers[*unknowns[k].follower];
-    const double by = change(static_cast<Eigen::Index>(k)), before_n = load_n(follower, unknowns[k].load);
-    if (unknowns[k].load == FittedLoad::push) {
-      follower.push_n += by;
-    } else if (before_n > 0.0) {
-      for (model::Fibre& fibre : follower.ligaments.fibres) fibre.tension_n *= (before_n + by) / before_n;
-    }
+    job::set_load(follower, unknowns[k].load,
+                  job::load_n(follower, unknowns[k].load) + change(static_cast<Eigen::Index>(k)));
   }
   return changed;
 }

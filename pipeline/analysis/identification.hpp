@@ -21,18 +21,9 @@
 
 namespace vrda::analysis {
 
-/// The loads that may change; the last two of a follower.
-enum class FittedLoad { force, anterior_force, right_force, moment, varus_moment, push, tension };
-
 /// One number that is fitted: a change of strain, length (mm), force (N) or moment (N mm).
-struct Unknown {
-  std::string name;  ///< "reference_strain ACLam", "moment at 30"
-  job::FitQuantity quantity = job::FitQuantity::reference_strain;
-  std::optional<std::size_t> follower = std::nullopt;  ///< row, of whose fibres or load it is
-  std::vector<std::size_t> fibres;                     ///< rows that change together
-  BodyIndex body = BodyIndex::reference;               ///< of an attachment
-  Eigen::Index axis = 0;                               ///< of an attachment, canonical
-  FittedLoad load = FittedLoad::force;
+struct Unknown : job::Parameter {
+  Eigen::Index axis = 0;                  ///< of an attachment, canonical
   double flexion_rad = nan;               ///< of a load that changes over flexion
   std::vector<double> all_flexions_rad;   ///< of the same load, ascending; empty: constant
   double sd = 0.0, from = 0.0, to = 0.0;  ///< prior and bounds of the change
@@ -50,7 +41,7 @@ struct LoadChange {
   double moment_nmm = 0.0, varus_moment_nmm = 0.0;
 };
 /// The part of the change that an unknown of this kind sets.
-double& component(LoadChange& change, FittedLoad load);
+double& component(LoadChange& change, job::InputLoad load);
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
                           double flexion_rad);
 

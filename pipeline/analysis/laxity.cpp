@@ -564,7 +564,7 @@ Json coordinates_json(const JointCoordinates& coordinates)
 {
   Json json = Json::object();
   for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-    json[std::string(joint_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
+    json[std::string(joint_coordinate_names[k]) + unit_suffix(k)] =
         core::json_value(coordinates(static_cast<Eigen::Index>(k)), is_rotation(k) ? unit::radian : unit::mm);
   }
   return json;

@@ -345,9 +345,8 @@ class FollowerAssessor {
   bool is_dislocated(std::size_t cell, const Pose& X_of, const Mesh& touched) const
   {
     constexpr double most_deg = 90.0;
-    if (std::abs(rows_.rotation_deg.data()[cell]) > most_deg ||
-        std::abs(rows_.tilt_deg.data()[cell]) > most_deg)
-      return true;
+    for (const auto about : {JointCoordinate::varus, JointCoordinate::internal})
+      if (std::abs(rows_.coordinates[about].data()[cell]) > most_deg) return true;
     const Box box = bounding_box(touched), own = bounding_box(rows_.body.contact.mesh);
     const Eigen::Array3d centre_mm = (X_of * rows_.centre_mm).array();
     const double beyond_mm = (box.min_mm.array() - centre_mm).max(centre_mm - box.max_mm.array()).maxCoeff();

@@ -243,10 +243,8 @@ store::ZeroVarus empty_table(const store::MotionModel& model)
   z.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
   z.is_cut_off.assign(n, 0);
   z.resize(n);
-  for (auto* of_flexion :
-       {&z.varus_first_deg, &z.varus_last_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
-        &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
-    of_flexion->assign(n, nan);
+  for (auto* of_flexion : {&z.varus_first_deg, &z.varus_last_deg}) of_flexion->assign(n, nan);
+  z.clinical.fill(std::vector<double>(n, nan));
   z.X_reference_moving.assign(16 * n, nan);
   for (auto* of_step : {&z.helical_rotation_deg, &z.helical_translation_mm}) of_step->assign(n_steps, nan);
   for (auto* of_step : {&z.helical_direction, &z.helical_point_mm}) of_step->assign(3 * n_steps, nan);
@@ -262,14 +260,9 @@ void put_pose(store::ZeroVarus& z, const store::MotionModel& model, std::size_t 
 {
   z.PoseRows::set(i, pose.t_mm, pose.theta_deg, pose.varus_deg);
   Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
-  const ClinicalCoordinates clinical =
-      clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm);
-  z.clinical_flexion_deg[i] = deg_from_rad(clinical.flexion_rad);
-  z.clinical_varus_deg[i] = deg_from_rad(clinical.varus_rad);
-  z.internal_rotation_deg[i] = deg_from_rad(clinical.internal_rotation_rad);
-  z.anterior_mm[i] = clinical.anterior_mm;
-  z.proximal_mm[i] = clinical.proximal_mm;
-  z.lateral_mm[i] = clinical.lateral_mm;
+  const auto clinical = in_files(
+      clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm));
+  for (std::size_t k = 0; k < clinical.size(); ++k) z.clinical[k][i] = clinical[k];
 }
 
 Eigen::Vector3d row3(const std::vector<double>& rows, std::size_t row)

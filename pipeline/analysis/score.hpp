@@ -37,17 +37,6 @@ inline constexpr std::size_t n_scored = 6, n_angles = 3;
 /// Indices of Coordinates.
 inline constexpr std::size_t at_flexion = 0, at_varus = 1, at_internal = 2;
 
-struct CoordinateName {
-  const char* name;
-  const char* unit;  ///< outside the program
-};
-inline constexpr std::array<CoordinateName, n_scored> coordinate_names{{{"flexion", "degree"},
-                                                                        {"varus", "degree"},
-                                                                        {"internal", "degree"},
-                                                                        {"anterior", "mm"},
-                                                                        {"proximal", "mm"},
-                                                                        {"lateral", "mm"}}};
-
 Coordinates coordinates_of(const Pose& X_reference_moving, const Convention& convention);
 
 /// The convention of the same joint reflected to a right one. Coordinates do not change.

@@ -230,9 +230,7 @@ SmoothInput smooth_input(const store::MotionModel& model, const std::string& nam
                     model.theta_determined,
                     is_varus_free(model) ? model.varus_solved_deg : store::GridD()};
   for (const store::FollowerRows& follower : model.followers) {
-    FollowerInput& rows = input.followers.emplace_back(FollowerInput{follower.name, follower.status, {}});
-    for (std::size_t k = 0; k < rows.coordinates.size(); ++k)
-      rows.coordinates[k] = *follower.coordinates()[k];
+    input.followers.push_back({follower.name, follower.status, follower.coordinates});
   }
   return input;
 }

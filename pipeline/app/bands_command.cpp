@@ -147,8 +147,7 @@ class BandTables {
     for (const store::UncertainFollower& follower : motion_.followers) {
       std::printf(",%s_status", follower.name.c_str());
       for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-        std::printf(",%s_%s%s", follower.name.c_str(), follower_coordinate_names[k],
-                    is_rotation(k) ? "_deg" : "_mm");
+        std::printf(",%s_%s%s", follower.name.c_str(), follower_coordinate_names[k], unit_suffix(k));
     }
     for (const std::string& draw : motion_.draw) std::printf(",%s", quoted_csv(draw).c_str());
     std::printf("\n");

@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/case_picture.hpp"
@@ -23,11 +24,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<double> numbers(const Eigen::Vector3d& v)
-{
-  return {v.x(), v.y(), v.z()};
-}
-
 // A number or a list; a setting over flexion becomes a table with one row per angle, as in the job.
 Json over_flexion_json(const job::FlexionTable& setting)
 {
@@ -42,13 +38,6 @@ Json over_flexion_json(const job::FlexionTable& setting)
   return {{"flexion_deg", angles_deg}, {"value", rows}};
 }
 
-Json points_json(const std::vector<Eigen::Vector3d>& points_mm)
-{
-  Json rows = Json::array();
-  for (const Eigen::Vector3d& p_mm : points_mm) rows.push_back(numbers(p_mm));
-  return rows;
-}
-
 Json loads_json(const job::PushJob& push, const job::Case& job_case)
 {
   Json loads = Json::array();
@@ -58,7 +47,7 @@ Json loads_json(const job::PushJob& push, const job::Case& job_case)
                      {"frame", name_of(at.frame)},
                      {"force_n", over_flexion_json(push.loads[k].force_n)},
                      {"moment_nmm", over_flexion_json(push.loads[k].moment_nmm)},
-                     {"point_mm", numbers(at.point_mm)}});
+                     {"point_mm", json_value(at.point_mm)}});
   }
   return loads;
 }
@@ -70,8 +59,8 @@ Json lines_json(const job::PushJob& push, const job::Case& job_case)
     const job::LinePath& path = job_case.lines.at(k);
     lines.push_back({{"name", path.name},
                      {"tension_n", over_flexion_json(push.lines[k].tension_n)},
-                     {"reference_mm", points_json(path.reference_mm)},
-                     {"moving_mm", points_json(path.moving_mm)}});
+                     {"reference_mm", json_value(path.reference_mm)},
+                     {"moving_mm", json_value(path.moving_mm)}});
   }
   return lines;
 }
@@ -83,7 +72,7 @@ Json push_json(const job::PushJob& push, const job::Case& job_case)
           {"lateral_force_n", over_flexion_json(push.lateral_force_n)},
           {"moment_nmm", over_flexion_json(push.moment_nmm)},
           {"varus_moment_nmm", over_flexion_json(push.varus_moment_nmm)},
-          {"point_mm", numbers(job_case.push_point_mm)},
+          {"point_mm", json_value(job_case.push_point_mm)},
           {"loads", loads_json(push, job_case)},
           {"lines", lines_json(push, job_case)}};
 }
@@ -167,8 +156,8 @@ Json component_json(const job::ComponentSurvey& c)
           {"degenerate_places", c.degenerate_places},
           {"identical_triangles_dropped", c.n_identical},
           {"turned_outward", c.was_flipped},
-          {"box_min_mm", numbers(c.box.min_mm)},
-          {"box_max_mm", numbers(c.box.max_mm)},
+          {"box_min_mm", json_value(c.box.min_mm)},
+          {"box_max_mm", json_value(c.box.max_mm)},
           {"mean_edge_mm", c.mean_edge_mm},
           {"volume_mm3", c.n_boundary_edges == 0 ? Json(c.volume_mm3) : Json()}};
 }
@@ -178,7 +167,7 @@ Json found_frames_json(const std::optional<job::FoundFrames>& found)
 {
   if (!found) return {};
   const auto frame = [](const job::FoundFrame& f) {
-    return Json{{"origin", numbers(f.origin_native)}, {"rotation_deg", numbers(f.rotation_deg)}};
+    return Json{{"origin", json_value(f.origin_native)}, {"rotation_deg", json_value(f.rotation_deg)}};
   };
   return {{"reference", frame(found->reference)}, {"moving", frame(found->moving)}};
 }
@@ -278,9 +267,9 @@ Json job_json(const job::Case& job_case, const run::InitialContact& start, const
           {"method", job_case.method},
           {"solver_version", solve::solver_version_of(job_case)},
           {"job_key", solve::fingerprint_of(job_case)},
-          {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
+          {"rotation_centre_mm", json_value(job_case.frame.rotation_centre_mm)},
           {"found_frames", found_frames_json(job_case.found_frames)},
-          {"delta", numbers(job_case.frame.delta)},
+          {"delta", json_value(job_case.frame.delta)},
           {"scaling", run::scaling_json(job_case.scaling)},
           {"scaling_note", run::scaling_line(job_case)},
           {"components", components},
@@ -444,8 +433,7 @@ void declare_check(Command& c)
 {
   auto& o = c.options<CheckOptions>();
   c.job(o.job_file);
-  c.data(o.data_directory);
-  c.overrides(o.overrides);
+  c.loading(o);
   c.option("--picture", o.picture,
            "PNG file to draw: bones, axes, rotation centre, push and fibres in two views");
   c.json(o.as_json);

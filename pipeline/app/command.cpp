@@ -222,12 +222,16 @@ Option Command::model(std::string& file, const std::string& what)
   return option("file", file, what).required();
 }
 
-void Command::cases(std::string& job_file, std::string& data_folder, std::vector<std::string>& keys,
-                    int& n_shards)
+void Command::loading(job::LoadOptions& options, const std::string& what)
 {
-  job(job_file, "Job or campaign file (TOML)");
-  data(data_folder);
-  overrides(keys);
+  data(options.data_directory, what);
+  overrides(options.overrides);
+}
+
+void Command::cases(job::JobSource& source, int& n_shards)
+{
+  job(source.job_file, "Job or campaign file (TOML)");
+  loading(source);
   option("--shards", n_shards, "Shards (tasks) per case").whole_number(1, most_tasks).shows_default();
 }
 

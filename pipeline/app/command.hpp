@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/console.hpp"
+#include "job/case.hpp"
 
 namespace CLI {
 class App;
@@ -85,9 +86,12 @@ class Command {
   Option job(std::string& file, const std::string& what = "Job file (TOML)");
   Option data(std::string& folder, const std::string& what = "Base folder of relative mesh file names");
   Option overrides(std::vector<std::string>& keys);  ///< --set key=value of a job
+  /// --data and --set.
+  void loading(job::LoadOptions& options,
+               const std::string& what = "Base folder of relative mesh file names");
   Option model(std::string& file, const std::string& what = "Motion model (HDF5)");
   /// JOB, --data, --set and --shards of the commands that run many cases.
-  void cases(std::string& job_file, std::string& data, std::vector<std::string>& keys, int& n_shards);
+  void cases(job::JobSource& source, int& n_shards);
   Option threads(int& n, const std::string& what = "Worker threads; default: one per processor");
   Option progress(std::string& style);
   Option json(bool& is_json, const std::string& what = "Print JSON");

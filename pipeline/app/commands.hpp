@@ -25,10 +25,7 @@ Declare declare_audit, declare_bands, declare_check, declare_compare, declare_co
     declare_rom, declare_run, declare_score, declare_shape, declare_smooth, declare_status, declare_submit,
     declare_task, declare_trace, declare_validate;
 
-struct CheckOptions {
-  std::string job_file;
-  std::string data_directory;
-  std::vector<std::string> overrides;
+struct CheckOptions : job::JobSource {
   std::string picture;  ///< PNG file of the joint as read; empty: none
   bool as_json = false;
 };

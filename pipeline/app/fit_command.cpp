@@ -35,17 +35,14 @@ using analysis::FitStatus;
 using analysis::OffsetFit;
 using analysis::OffsetFitInput;
 
-struct FitCommandOptions {
-  std::string job_file;
+struct FitCommandOptions : job::JobSource {
   std::vector<std::string> to_files;  ///< measured motions and laxities, for [[fit.parameter]]
   std::string motion;                 ///< poses in contact, table or motion model, for offset_mm = "fit"
   std::string rows;  ///< training frames of each motion: A:B, first-half or second-half; empty: all
   std::string translations = "rotation-centre";  ///< of `to_files`, or "mesh-origin"
-  std::string angles;          ///< of the tables: deg or rad; empty: as they state, else degrees
-  std::string output;          ///< resolved job with the number; empty: none
-  bool may_replace = false;    ///< existing files at the output
-  std::string data_directory;  ///< as of a run
-  std::vector<std::string> overrides;
+  std::string angles;        ///< of the tables: deg or rad; empty: as they state, else degrees
+  std::string output;        ///< resolved job with the number; empty: none
+  bool may_replace = false;  ///< existing files at the output
   bool is_fresh = false;
   int n_threads = 0;  ///< 0: one per processor
   std::string progress = "auto";
@@ -179,7 +176,7 @@ std::string fixed(double value, int digits = 2)
 
 std::string as_shown(double value, std::size_t coordinate)
 {
-  return fixed(coordinate < analysis::n_angles ? deg_from_rad(value) : value);
+  return fixed(in_file(value, coordinate));
 }
 
 void print_unknowns(const analysis::FitDocument& document)
@@ -208,7 +205,7 @@ void print_misfits(const analysis::Identification& found)
   for (const analysis::TrialMisfit& trial : found.trials) {
     std::printf("%s, %zu rows\n", trial.name.c_str(), trial.n_rows);
     for (std::size_t c = 1; c < analysis::n_scored; ++c)
-      print_misfit(trial.joint, c, analysis::coordinate_names[c].name);
+      print_misfit(trial.joint, c, joint_coordinate_names[c]);
     for (const auto& [follower, misfit] : trial.followers) {
       std::printf("%s\n", follower.c_str());
       for (std::size_t c = 0; c < analysis::n_scored; ++c)
@@ -579,8 +576,7 @@ void declare_fit(Command& c)
       "Write the resolved job with the numbers found; with --to also JOB.ligaments.csv and JOB.fit.json");
   c.flag("--replace", o.may_replace,
          "Replace existing files that are not results of this job and these measurements");
-  c.data(o.data_directory);
-  c.overrides(o.overrides);
+  c.loading(o);
   c.flag("--fresh", o.is_fresh, "With --to: discard the journal of an interrupted fit");
   c.threads(o.n_threads, "With --to: worker threads; default: one per processor");
   c.progress(o.progress);

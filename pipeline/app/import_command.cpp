@@ -32,10 +32,7 @@ using tables::Candidate;
 using tables::ConventionSearch;
 using tables::Term;
 
-struct ImportOptions {
-  std::string job_file;
-  std::string data_directory;
-  std::vector<std::string> overrides;
+struct ImportOptions : job::JobSource {
   std::string motion;            ///< file of the moving object's poses
   std::string reference_motion;  ///< file of the reference's poses in the same frame; may be empty
   /// Words of tables/motion_table.hpp, "auto" (try all), or empty: as the file states, else try all.
@@ -264,8 +261,7 @@ core::ExitCode import_command(const ImportOptions& o)
 {
   run::require_plain_text("--motion", o.motion);
   run::require_plain_text("--reference-motion", o.reference_motion);
-  const job::LoadOptions where{o.data_directory, o.overrides};
-  const job::Case job_case = job::with_one_delta(run::load_and_report_case(o.job_file, where), o.job_file);
+  const job::Case job_case = job::with_one_delta(run::load_and_report_case(o.job_file, o), o.job_file);
   const job::Case subject = job::scaled_to_subject(job_case);
   const tables::ImportFrame frame = tables::import_frame(job::read_job(o.job_file, o.overrides), job_case);
   const Found found = found_motion(o, subject, frame);
@@ -320,8 +316,7 @@ void declare_import(Command& c)
   c.job(o.job_file, "Job file (TOML): meshes, frames, side, Delta; its grid is not used");
   c.option("--motion", o.motion, "Table with one pose per frame: .csv, .sto, .mot or .tra").required();
   c.option("-o,--output", o.output, "Motion model; default: results/NAME/NAME.h5, named by job and folder");
-  c.data(o.data_directory);
-  add_repeated("--set", o.overrides, "key=value, overrides the job file; may be repeated");
+  c.loading(o);
   add_term("--unit", o.unit, {"mm", "cm", "m"}, "Unit of lengths");
   add_term("--angles", o.angles, {"deg", "rad"}, "Unit of angles");
   add_term("--order", o.order, {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"},

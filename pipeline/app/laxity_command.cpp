@@ -20,9 +20,8 @@
 namespace vrda::app {
 namespace {
 
-struct LaxityOptions {
-  std::string job_file, data_directory, folder;
-  std::vector<std::string> overrides;
+struct LaxityOptions : job::JobSource {
+  std::string folder;
   std::string against;  ///< table of published values; empty: none
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
@@ -146,8 +145,7 @@ void declare_laxity(Command& c)
   c.option("-o,--output", o.folder, "Output folder: laxity.json, laxity.csv, share.csv, index.html")
       .required();
   c.option("--against", o.against, "Published values (CSV, schemas/laxity.md) to compare with");
-  c.data(o.data_directory, "Base folder of relative file names");
-  c.overrides(o.overrides);
+  c.loading(o, "Base folder of relative file names");
   c.flag("--replace", o.may_replace, "Replace the result of another job");
   c.threads(o.n_threads);
   c.progress(o.progress);

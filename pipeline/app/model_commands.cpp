@@ -33,22 +33,10 @@ struct InfoOptions {
   bool as_json = false;
 };
 
-struct Range {
-  double least = std::numeric_limits<double>::infinity();
-  double largest = -std::numeric_limits<double>::infinity();
-  void include(double value)
-  {
-    if (std::isnan(value)) return;
-    least = std::min(least, value);
-    largest = std::max(largest, value);
-  }
-};
-
-Json range_json(const store::GridD& surface)
+template <typename Values>
+Json range_json(const Values& values)
 {
-  Range range;
-  for (Eigen::Index c = 0; c < surface.size(); ++c) range.include(surface.data()[c]);
-  return {{"min", range.least}, {"max", range.largest}};
+  return {{"min", store::smallest_of(values)}, {"max", store::largest_of(values)}};
 }
 
 std::vector<double> values_of(const store::GridD& surface)
@@ -60,9 +48,7 @@ std::vector<double> values_of(const store::GridD& surface)
 Json theta_json(const store::MotionModel& model)
 {
   if (!model.frames) return range_json(model.theta_deg);
-  Range range;
-  for (const double theta_deg : unwrapped(values_of(model.theta_deg), 360.0)) range.include(theta_deg);
-  return {{"min", range.least}, {"max", range.largest}};
+  return range_json(unwrapped(values_of(model.theta_deg), 360.0));
 }
 
 // Internal rotation along the spine: the screw-home motion of the joint.
@@ -77,7 +63,7 @@ Json screw_home(const store::MotionModel& model)
     const auto varus = static_cast<std::size_t>(cell % model.is_spine.cols());
     curve.push_back({{"flexion_deg", rotation.flexion_deg[row]},
                      {"varus_deg", model.varus_deg[varus]},
-                     {"internal_rotation_deg", rotation.value_deg[row]}});
+                     {"internal_rotation_deg", rotation.value[row]}});
     ++row;
   }
   return {{"net", {{"deg", f.net_deg}, {"from_flexion_deg", f.first_deg}, {"to_flexion_deg", f.last_deg}}},
@@ -172,20 +158,15 @@ Json smoothed_json(const store::MotionModel& model)
 }
 
 // Largest share over all cells of the contact force along Delta that a compartment carries.
-Json largest_share(const store::ForceRows& forces, Compartment compartment)
+double largest_share(const store::ForceRows& forces, Compartment compartment)
 {
-  Range range;
+  std::vector<double> shares;
   for (std::size_t cell = 0; cell + 1 < forces.row_start.size(); ++cell) {
-    double own_n = 0.0, all_n = 0.0;
-    for (std::int64_t k = forces.row_start[cell]; k < forces.row_start[cell + 1]; ++k) {
-      const auto row = static_cast<std::size_t>(k);
-      all_n += forces.along_delta_n[row];
-      if (forces.compartment[row] == static_cast<std::int8_t>(compartment))
-        own_n += forces.along_delta_n[row];
-    }
-    if (all_n > 0.0) range.include(own_n / all_n);
+    const store::CellForces of_cell = store::forces_in(forces, cell);
+    if (of_cell.all_n > 0.0)
+      shares.push_back(of_cell.of_n[static_cast<std::size_t>(compartment)] / of_cell.all_n);
   }
-  return range.largest;
+  return store::largest_of(shares);
 }
 
 Json equilibrium_json(const store::MotionModel& model)
@@ -194,8 +175,8 @@ Json equilibrium_json(const store::MotionModel& model)
   const store::EquilibriumSurfaces& e = *model.equilibrium;
   const auto n_several =
       std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
-  return {{"worst_gap_mm", range_json(e.worst_gap_mm)["min"]},
-          {"largest_balance_residual_n", range_json(e.balance_residual_n)["max"]},
+  return {{"worst_gap_mm", store::smallest_of(e.worst_gap_mm)},
+          {"largest_balance_residual_n", store::largest_of(e.balance_residual_n)},
           {"largest_share",
            {{"medial", largest_share(e.forces, Compartment::medial)},
             {"lateral", largest_share(e.forces, Compartment::lateral)}}},
@@ -211,12 +192,10 @@ Json grid_json(const store::MotionModel& model, const store::ClinicalSurfaces& c
   const auto axis = [](const std::vector<double>& values) {
     return Json{values.front(), values.back(), values.size()};
   };
-  const std::vector<double> flexions = has_own_axes   ? values_of(clinical.flexion_deg)
+  const std::vector<double> flexions = has_own_axes   ? values_of(clinical[JointCoordinate::flexion])
                                        : model.frames ? unwrapped(model.flexion_deg, 360.0)
                                                       : model.flexion_deg;
-  Range flexion;
-  for (const double flexion_deg : flexions) flexion.include(flexion_deg);
-  const store::GridD& varus = has_own_axes ? clinical.varus_deg : model.varus_solved_deg;
+  const store::GridD& varus = has_own_axes ? clinical[JointCoordinate::varus] : model.varus_solved_deg;
   const auto role = [&](std::size_t c) {
     return model.coordinates          ? name_of(static_cast<CoordinateRole>(model.coordinates->role[c]))
            : model.method == "import" ? "measured"
@@ -234,7 +213,7 @@ Json grid_json(const store::MotionModel& model, const store::ClinicalSurfaces& c
   }
   return {{"roles", roles},
           {"undetermined", undetermined},
-          {"flexion_deg", Json{flexion.least, flexion.largest, model.flexion_deg.size()}},
+          {"flexion_deg", Json{store::smallest_of(flexions), store::largest_of(flexions), flexions.size()}},
           {"varus_deg", is_varus_free ? Json() : axis(model.varus_deg)},
           {"varus_is_free", is_varus_free},
           {"varus_found_deg", is_varus_free ? range_json(varus) : Json()}};
@@ -296,10 +275,10 @@ Json curves_json(const store::MotionModel& model)
   Json list = Json::object();
   for (const analysis::CurveGroup& group : analysis::spine_curves(model, run::thread_count_or_all(0))) {
     for (const analysis::Curve& curve : group.curves) {
-      Range range;
-      for (const double value : curve.values) range.include(value);
-      list[curve.name] = {{"title", group.title}, {"label", curve.label}, {"unit", group.unit},
-                          {"min", range.least},   {"max", range.largest}, {"spine", curve.values}};
+      Json one = {{"title", group.title}, {"label", curve.label}, {"unit", group.unit}};
+      one.update(range_json(curve.values));
+      one["spine"] = curve.values;
+      list[curve.name] = one;
     }
   }
   return list;
@@ -319,12 +298,10 @@ Json followers_json(const store::MotionModel& model)
                 {"stable", (follower->status == status_stable).count()},
                 {"attitudes", follower->status.size()},
                 {"has_reaction", follower->has_reaction}};
-    const auto grids = follower->coordinates();
     for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-      one[std::string(follower_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
-          range_json(*grids[k]);
-    one["worst_gap_mm"] = range_json(follower->worst_gap_mm)["min"];
-    one["largest_balance_residual_n"] = range_json(follower->balance_residual_n)["max"];
+      one[std::string(follower_coordinate_names[k]) + unit_suffix(k)] = range_json(follower->coordinates[k]);
+    one["worst_gap_mm"] = store::smallest_of(follower->worst_gap_mm);
+    one["largest_balance_residual_n"] = store::largest_of(follower->balance_residual_n);
     list.push_back(one);
   }
   return list;
@@ -336,12 +313,10 @@ void print_followers(const Json& s)
     print_filled("{name} follows: {stable} of {attitudes} attitudes solved", follower);
     std::printf("%s\n", follower["has_reaction"].get<bool>() ? ", with its reaction on the joint" : "");
     if (follower["stable"] == 0) continue;  // no ranges
-    for (const char* name :
-         {"flexion_deg", "rotation_deg", "tilt_deg", "anterior_mm", "proximal_mm", "lateral_mm"}) {
-      const std::string key = name;
-      const std::string word = key.substr(0, key.find('_')), unit = key.substr(key.find('_') + 1);
-      std::printf("  %-9s %s to %s %s\n", word.c_str(), short_text(follower[key]["min"]).c_str(),
-                  short_text(follower[key]["max"]).c_str(), unit == "deg" ? "degrees" : "mm");
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      const Json& range = follower[std::string(follower_coordinate_names[k]) + unit_suffix(k)];
+      std::printf("  %-9s %s to %s %s\n", follower_coordinate_names[k], short_text(range["min"]).c_str(),
+                  short_text(range["max"]).c_str(), is_rotation(k) ? "degrees" : "mm");
     }
   }
 }
@@ -378,9 +353,9 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
             {"theta_deg", theta_json(model)}}},
           {"axes_are_turned", store::has_turned_axes(model)},
           {"clinical",
-           {{"flexion_deg", range_json(clinical.surfaces.flexion_deg)},
-            {"varus_deg", range_json(clinical.surfaces.varus_deg)},
-            {"internal_rotation_deg", range_json(clinical.surfaces.internal_rotation_deg)}}},
+           {{"flexion_deg", range_json(clinical.surfaces[0])},
+            {"varus_deg", range_json(clinical.surfaces[1])},
+            {"internal_rotation_deg", range_json(clinical.surfaces[2])}}},
           {"gimbal_lock_poses", clinical.n_locked},
           {"default_motion", default_motion_json(model)},
           {"verdict", json_value(verdict)},

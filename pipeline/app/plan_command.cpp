@@ -19,10 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct PlanOptions {
-  std::string job_file;  ///< or a campaign
-  std::string data_directory;
-  std::vector<std::string> overrides;
+struct PlanOptions : job::JobSource {
   int n_shards = 1;
   bool as_json = false;
 };
@@ -422,7 +419,7 @@ core::ExitCode plan_command(const PlanOptions& options)
 void declare_plan(Command& c)
 {
   auto& o = c.options<PlanOptions>();
-  c.cases(o.job_file, o.data_directory, o.overrides, o.n_shards);
+  c.cases(o, o.n_shards);
   c.json(o.as_json);
   c.runs([&o] { return plan_command(o); });
 }

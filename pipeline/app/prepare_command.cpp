@@ -56,21 +56,18 @@ Json bone_scale_json(const Scaling& scaling)
 
 Json fit_json(const KneeFit& fit)
 {
-  const ClinicalCoordinates& scanned = fit.scanned;
+  Json scanned = Json::object();
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    scanned[std::string(k == 2 ? "internal_rotation" : joint_coordinate_names[k]) + unit_suffix(k)] =
+        in_files(fit.scanned)[k];
+  scanned["X_femur_tibia"] = matrix_json((fit.X_scan_femur.inverse() * fit.X_scan_tibia).matrix());
   return {{"unit", job::unit_of_mm(fit.unit_mm)},
           {"side", side_name(fit.side)},
           {"side_margin", fit.side_margin},
           {"coarse_residual_mm", fit.coarse_residual_mm},
           {"femur", bone_json(fit, fit.femur, fit.X_scan_femur)},
           {"tibia", bone_json(fit, fit.tibia, fit.X_scan_tibia)},
-          {"scanned",
-           {{"flexion_deg", deg_from_rad(scanned.flexion_rad)},
-            {"varus_deg", deg_from_rad(scanned.varus_rad)},
-            {"internal_rotation_deg", deg_from_rad(scanned.internal_rotation_rad)},
-            {"anterior_mm", scanned.anterior_mm},
-            {"proximal_mm", scanned.proximal_mm},
-            {"lateral_mm", scanned.lateral_mm},
-            {"X_femur_tibia", matrix_json((fit.X_scan_femur.inverse() * fit.X_scan_tibia).matrix())}}}};
+          {"scanned", scanned}};
 }
 
 Json landmarks_json(const prepare::KneeLandmarks& landmarks, const std::vector<double>& residuals_mm,
@@ -166,11 +163,8 @@ Json crossings_json(const std::vector<prepare::BundleCrossing>& crossings, std::
 Json kneecap_json(const prepare::Kneecap& cap, double offset_mm)
 {
   Json scanned = Json::object();
-  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-    const double value = cap.scanned(static_cast<Eigen::Index>(k));
-    scanned[std::string(follower_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
-        is_rotation(k) ? deg_from_rad(value) : value;
-  }
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    scanned[std::string(follower_coordinate_names[k]) + unit_suffix(k)] = in_files(cap.scanned)[k];
   return {{"is_template", std::isnan(cap.residual_mm)},
           {"residual_mm", json_value(cap.residual_mm)},
           {"scale", {cap.scale.x(), cap.scale.y(), cap.scale.z()}},
@@ -521,11 +515,7 @@ class Preparation {
     prepare::JobKneecap patella;
     patella.centre_mm = cap.centre_mm;
     patella.scanned = cap.scanned;
-    if (is_scanned && has_scan()) {
-      const ClinicalCoordinates& c = fit_.scanned;
-      patella.scanned_joint << c.flexion_rad, c.varus_rad, c.internal_rotation_rad, c.anterior_mm,
-          c.proximal_mm, c.lateral_mm;
-    }
+    if (is_scanned && has_scan()) patella.scanned_joint = fit_.scanned.rows();
     patella.directions = reference_.patella->directions;
     patella.has_wraps = !cap.ligaments.wraps.empty();
     const double offset_mm = kneecap_offset_mm(cap);
@@ -678,9 +668,10 @@ void declare_prepare(Command& c)
       "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
-  c.flag("--every-triangle", o.keeps_triangles,
-         "Write meshes beyond 200,000 triangles in all as they are; default: copies within 0.05 mm, which vrda "
-         "run solves several times as fast");
+  c.flag(
+      "--every-triangle", o.keeps_triangles,
+      "Write meshes beyond 200,000 triangles in all as they are; default: copies within 0.05 mm, which vrda "
+      "run solves several times as fast");
   c.flag("--no-smooth", o.keeps_noise,
          "Leave rough surfaces as they are; default: where noise is measured, they are smoothed without "
          "shrinking, with a warning");

@@ -15,6 +15,7 @@
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
+#include "tables/formats.hpp"
 
 namespace vrda::app {
 namespace {
@@ -46,13 +47,9 @@ std::vector<Column> flexion_columns(const store::ZeroVarus& z)
                               {"tx", z.tx_mm, single, "_mm"},
                               {"ty", z.ty_mm, single, "_mm"},
                               {"tz", z.tz_mm, single, "_mm"},
-                              {"theta", z.theta_deg, single, "_deg"},
-                              {"clinical_flexion", z.clinical_flexion_deg, single, "_deg"},
-                              {"clinical_varus", z.clinical_varus_deg, single, "_deg"},
-                              {"internal_rotation", z.internal_rotation_deg, single, "_deg"},
-                              {"anterior", z.anterior_mm, single, "_mm"},
-                              {"proximal", z.proximal_mm, single, "_mm"},
-                              {"lateral", z.lateral_mm, single, "_mm"}};
+                              {"theta", z.theta_deg, single, "_deg"}};
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    columns.push_back({tables::clinical_columns[k], z.clinical[k], single, unit_suffix(k)});
   for (const auto& [side, name, meaning] : compartment_names) {
     columns.push_back({std::string(name) + "_reference", z.centres[side].reference_mm, xyz, "_mm"});
     columns.push_back({std::string(name) + "_moving", z.centres[side].moving_mm, xyz, "_mm"});

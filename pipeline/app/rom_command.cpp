@@ -25,9 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct RomOptions {
-  std::string job_file, data_directory, folder;
-  std::vector<std::string> overrides;
+struct RomOptions : job::JobSource {
+  std::string folder;
   std::string flexion, varus, internal;  ///< FROM:TO:STEP, degrees; empty: 0, not driven
   std::string translation_mm = "2";      ///< or "free"
   double opening_mm = 0.5;
@@ -302,8 +301,7 @@ core::ExitCode rom_command(const RomOptions& o)
     throw InputError({"vrda rom", o.job_file.empty() ? "job" : "--output", "nothing",
                       "vrda rom JOB -o FOLDER, or --compare A B"});
   analysis::RomPlan plan = plan_of(o);
-  const job::Case job_case =
-      job::scaled_to_subject(run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
+  const job::Case job_case = job::scaled_to_subject(run::load_and_report_case(o.job_file, o));
   const bool is_of_reference =
       o.delta_of.empty() ? job_case.is_push_fixed_in_reference : o.delta_of == "reference";
   plan.delta_body = is_of_reference ? BodyIndex::reference : BodyIndex::moving;
@@ -340,8 +338,7 @@ void declare_rom(Command& c)
   constexpr double largest = 1e6;
   c.option("job", o.job_file, "Job file (TOML); its grid is not used");
   c.option("-o,--output", o.folder, "Output folder: rom.json, rom.csv, boundary.csv, index.html, rom.png");
-  c.data(o.data_directory);
-  c.overrides(o.overrides);
+  c.loading(o);
   c.option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: 0, not driven");
   c.option("--varus", o.varus, "FROM:TO:STEP, degrees (adduction +); default: 0, not driven");
   c.option("--internal", o.internal, "FROM:TO:STEP, degrees; default: 0, not driven");

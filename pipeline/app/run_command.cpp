@@ -10,8 +10,7 @@ void declare_run(Command& c)
   auto& o = c.options<run::RunOptions>();
   c.job(o.job_file);
   c.option("-o,--output", o.output, "Motion model; default: results/NAME/NAME.h5, named by job and folder");
-  c.data(o.data_directory);
-  c.overrides(o.overrides);
+  c.loading(o);
   c.threads(o.n_threads);
   c.flag("--fresh", o.is_fresh, "Discard the journal and solve again, also when the job is finished");
   c.flag("--replace", o.may_replace, "Replace the result of another job");

@@ -11,6 +11,7 @@
 #include "app/option_values.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
@@ -60,11 +61,6 @@ Source source_of(const std::string& file)
   return {file, run::read_solved_model(file), {}};
 }
 
-Side side_of(const store::MotionModel& model)
-{
-  return model.side == "left" ? Side::left : Side::right;
-}
-
 /// Three numbers with commas between them, a unit vector.
 Eigen::Vector3d direction_of(const std::string& text)
 {
@@ -102,7 +98,7 @@ analysis::Convention convention_of(const Source& found, const Source& against,
   if (known.model) {
     if (!options.side.empty())
       refuse_score("--side", options.side, "no value: the side is that of " + known.file);
-    convention.side = side_of(*known.model);
+    convention.side = side_named(known.model->side);
     convention.rotation_centre_mm = known.model->rotation_centre_mm;
   } else if (options.side == "left") {
     convention.side = Side::left;
@@ -240,12 +236,7 @@ struct Outcome {
 
 const char* name_of(const Outcome& o, std::size_t c)
 {
-  return o.options.follower.empty() ? analysis::coordinate_names[c].name : follower_coordinate_names[c];
-}
-
-double in_file_unit(double value, std::size_t c)
-{
-  return c < analysis::n_angles ? deg_from_rad(value) : value;
+  return o.options.follower.empty() ? joint_coordinate_names[c] : follower_coordinate_names[c];
 }
 
 /// "3-5, 12", counted from 1.
@@ -285,11 +276,6 @@ ShownTransform shown_transform(const Pose& X, const Eigen::Vector3d& centre_mm)
   return shown;
 }
 
-Json json_of(const Eigen::Vector3d& v)
-{
-  return {v.x(), v.y(), v.z()};
-}
-
 Json json_of(const Pose& X, const Eigen::Vector3d& centre_mm)
 {
   const ShownTransform shown = shown_transform(X, centre_mm);
@@ -297,8 +283,8 @@ Json json_of(const Pose& X, const Eigen::Vector3d& centre_mm)
   for (Eigen::Index row = 0; row < 4; ++row)
     matrix.push_back({X.matrix()(row, 0), X.matrix()(row, 1), X.matrix()(row, 2), X.matrix()(row, 3)});
   return {{"rotation_deg", shown.rotation_deg},
-          {"axis", json_of(shown.axis)},
-          {"shift_of_rotation_centre_mm", json_of(shown.shift_mm)},
+          {"axis", json_value(shown.axis)},
+          {"shift_of_rotation_centre_mm", json_value(shown.shift_mm)},
           {"matrix_mm", matrix}};
 }
 
@@ -306,18 +292,17 @@ Json json_of(const analysis::CoordinateScore& s, std::size_t c, const analysis::
 {
   const analysis::Statistics& of = s.statistics;
   Json json = {
-      {"unit", analysis::coordinate_names[c].unit},
+      {"unit", unit_name(c)},
       {"frames", of.n},
-      {"rms", in_file_unit(of.rms, c)},
-      {"bias", in_file_unit(of.bias, c)},
-      {"shape", in_file_unit(of.shape, c)},
+      {"rms", in_file(of.rms, c)},
+      {"bias", in_file(of.bias, c)},
+      {"shape", in_file(of.shape, c)},
       {"correlation", of.correlation},
-      {"largest", in_file_unit(of.largest, c)},
+      {"largest", in_file(of.largest, c)},
       {"largest_row", Json()},
       {"largest_key", Json()},
-      {"offset", in_file_unit(s.offset, c)},
-      {"baselines",
-       {{"constant_rms", in_file_unit(s.constant_rms, c)}, {"line_rms", in_file_unit(s.line_rms, c)}}},
+      {"offset", in_file(s.offset, c)},
+      {"baselines", {{"constant_rms", in_file(s.constant_rms, c)}, {"line_rms", in_file(s.line_rms, c)}}},
       {"undetermined_rows", from_one(s.undetermined)}};
   if (of.n == 0) return json;
   json["largest_row"] = s.largest_row + 1;
@@ -345,9 +330,9 @@ Json json_of(const Outcome& o)
           {"follower", o.options.follower.empty() ? Json() : Json(o.options.follower)},
           {"against", o.options.against},
           {"side", o.convention.side == Side::left ? "left" : "right"},
-          {"rotation_centre_mm", json_of(o.convention.rotation_centre_mm)},
+          {"rotation_centre_mm", json_value(o.convention.rotation_centre_mm)},
           {"translations", o.options.translations},
-          {"long_axis", o.convention.long_axis ? json_of(*o.convention.long_axis) : Json()},
+          {"long_axis", json_value(o.convention.long_axis)},
           {"match", o.match},
           {"key", o.measured.key_name},
           {"line_over", o.line},
@@ -390,8 +375,8 @@ void print_table(const Outcome& o)
   for (std::size_t c = 0; c < analysis::n_scored; ++c) {
     const analysis::CoordinateScore& s = o.score.coordinates[c];
     const analysis::Statistics& of = s.statistics;
-    const auto cell = [&](double value) { return three_decimals(in_file_unit(value, c)); };
-    const std::string name = std::string(name_of(o, c)) + ", " + analysis::coordinate_names[c].unit;
+    const auto cell = [&](double value) { return three_decimals(in_file(value, c)); };
+    const std::string name = std::string(name_of(o, c)) + ", " + unit_name(c);
     const std::string row = of.n == 0 ? "-" : std::to_string(s.largest_row + 1);
     std::printf("  %-18s %6zu %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", name.c_str(), of.n,
                 cell(of.rms).c_str(), cell(of.bias).c_str(), cell(of.shape).c_str(), cell(s.offset).c_str(),

@@ -204,31 +204,26 @@ Json json_of(const analysis::AuditExtreme& extreme, int n)
   return json;
 }
 
+void add_figures(Json& json, const analysis::AuditFigures& f)
+{
+  json["poses"] = f.n_poses;
+  json["overlapping"] = f.n_overlapping;
+  json["nothing_ahead"] = f.n_nothing_ahead;
+  json["largest_penetration"] = json_of(f.largest_penetration, f.n_overlapping);
+  if (json.contains("set"))
+    json["mean_penetration_mm"] = f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json();
+  json["largest_gap"] = json_of(f.largest_gap, f.n_free());
+}
+
 Json json_of(const store::AuditSet& set)
 {
   const analysis::AuditFigures f = analysis::figures_of(set);
-  const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
-  Json json = {{"set", set.name},
-               {"refine", set.refine},
-               {"attitudes", set.state.size()},
-               {"poses", f.n_poses},
-               {"overlapping", f.n_overlapping},
-               {"nothing_ahead", f.n_nothing_ahead},
-               {"largest_penetration", json_of(f.largest_penetration, f.n_overlapping)},
-               {"mean_penetration_mm", f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json()},
-               {"largest_gap", json_of(f.largest_gap, n_free)},
-               {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()},
-               {"two_sided", report::two_sided_json(f.two_sided)}};
-  for (const store::FollowerAudit& follower : set.followers) {
-    const analysis::AuditFigures own = analysis::figures_of(set, follower);
-    const int n_own = own.n_poses - own.n_overlapping - own.n_nothing_ahead;
-    json["followers"][follower.name] = {
-        {"poses", own.n_poses},
-        {"overlapping", own.n_overlapping},
-        {"nothing_ahead", own.n_nothing_ahead},
-        {"largest_penetration", json_of(own.largest_penetration, own.n_overlapping)},
-        {"largest_gap", json_of(own.largest_gap, n_own)}};
-  }
+  Json json = {{"set", set.name}, {"refine", set.refine}, {"attitudes", set.state.size()}};
+  add_figures(json, f);
+  json["mean_gap_mm"] = f.n_free() > 0 ? Json(f.mean_gap_mm) : Json();
+  json["two_sided"] = report::two_sided_json(f.two_sided);
+  for (const store::FollowerAudit& follower : set.followers)
+    add_figures(json["followers"][follower.name], analysis::figures_of(set, follower));
   return json;
 }
 
@@ -298,12 +293,11 @@ void print(const std::vector<store::AuditSet>& sets)
               "mean", "nothing ahead");
   const auto print_row = [&](const std::string& name, const store::AuditSet& set,
                              const analysis::AuditFigures& f) {
-    const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
     std::printf(
         row, name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
         std::to_string(f.n_overlapping).c_str(), text_of(f.largest_penetration, f.n_overlapping).c_str(),
-        mean_text(f.mean_penetration_mm, f.n_overlapping).c_str(), text_of(f.largest_gap, n_free).c_str(),
-        mean_text(f.mean_gap_mm, n_free).c_str(), std::to_string(f.n_nothing_ahead).c_str());
+        mean_text(f.mean_penetration_mm, f.n_overlapping).c_str(), text_of(f.largest_gap, f.n_free()).c_str(),
+        mean_text(f.mean_gap_mm, f.n_free()).c_str(), std::to_string(f.n_nothing_ahead).c_str());
   };
   for (const store::AuditSet& set : sets) {
     print_row(set.name, set, analysis::figures_of(set));

@@ -38,12 +38,9 @@ struct StartOptions {
 };
 
 /// `vrda submit` and `vrda resume`: run the cases of a job or campaign through Slurm or local processes.
-struct SubmitOptions {
-  std::string job_file;  ///< a job or a campaign
-  std::string folder;    ///< empty: results/NAME
-  std::string data_directory;
-  std::vector<std::string> overrides;
-  int n_shards = 1;  ///< shards per case
+struct SubmitOptions : job::JobSource {
+  std::string folder;  ///< empty: results/NAME
+  int n_shards = 1;    ///< shards per case
   run::SlurmOptions slurm;
   StartOptions start;
 };
@@ -273,22 +270,12 @@ core::ExitCode submit_command(const SubmitOptions& options)
   }
 }
 
-void replace_if_given(std::string& old, const std::string& given)
-{
-  if (!given.empty()) old = given;
-}
-
+// With the options that are given, neither empty nor 0.
 run::SlurmOptions changed(run::SlurmOptions slurm, const run::SlurmOptions& given)
 {
-  replace_if_given(slurm.partition, given.partition);
-  replace_if_given(slurm.time, given.time);
-  replace_if_given(slurm.memory, given.memory);
-  replace_if_given(slurm.account, given.account);
-  replace_if_given(slurm.qos, given.qos);
-  if (given.cpus > 0) slurm.cpus = given.cpus;
-  if (given.max_parallel > 0) slurm.max_parallel = given.max_parallel;
-  if (given.cases_per_task > 0) slurm.cases_per_task = given.cases_per_task;
-  if (!given.extra.empty()) slurm.extra = given.extra;
+  for_each_field(slurm, [&]<typename Member>(const auto& field, Member& member) {
+    if (!(given.*field.member == Member{})) member = given.*field.member;
+  });
   return slurm;
 }
 
@@ -415,7 +402,7 @@ void declare_start(Command& c, StartOptions& start)
 void declare_submit(Command& c)
 {
   auto& o = c.options<SubmitOptions>();
-  c.cases(o.job_file, o.data_directory, o.overrides, o.n_shards);
+  c.cases(o, o.n_shards);
   c.option("-o,--output", o.folder,
            "Folder of the submission; default: results/NAME, named by job and folder");
   declare_slurm(c, o.slurm);

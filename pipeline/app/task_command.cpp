@@ -148,19 +148,15 @@ class Task {
     const std::string output = run::output_of(folder_, submitted_case());
     if (id_.kind == run::TaskKind::merge) {
       run::MergeOptions merge;
+      static_cast<job::JobSource&>(merge) = spec.source();
       merge.output = output;
       merge.n_shards = submission_.n_shards;
-      merge.job_file = spec.job_file;
-      merge.data_directory = spec.data_directory;
-      merge.overrides = spec.overrides;
       merge.n_threads = n_cpus_;
       return run::merge_command(merge);
     }
     run::RunOptions run;
-    run.job_file = spec.job_file;
+    static_cast<job::JobSource&>(run) = spec.source();
     run.output = output;
-    run.data_directory = spec.data_directory;
-    run.overrides = spec.overrides;
     run.n_threads = n_cpus_;
     run.progress = "plain";
     run.only_spine = id_.kind == run::TaskKind::spine;

@@ -27,11 +27,12 @@ struct Distribution {
   std::vector<double> values = {};  ///< table: ascending, equally likely, linear between neighbours
 };
 
-enum class UncertainQuantity {
-  stiffness,
+/// What may be uncertain; the first three may also be fitted.
+enum class InputQuantity {
   reference_strain,
   attachment,
   load,
+  stiffness,
   rotation_centre,
   offset,
   thickness,
@@ -39,38 +40,75 @@ enum class UncertainQuantity {
   prior_level,
   direction  ///< of a follower's tendon
 };
+inline constexpr Named<InputQuantity> input_quantity_names[] = {
+    {InputQuantity::reference_strain, "reference_strain"},
+    {InputQuantity::attachment, "attachment"},
+    {InputQuantity::load, "load"},
+    {InputQuantity::stiffness, "stiffness"},
+    {InputQuantity::rotation_centre, "rotation_centre"},
+    {InputQuantity::offset, "offset"},
+    {InputQuantity::thickness, "thickness"},
+    {InputQuantity::prior_shape, "prior_shape"},
+    {InputQuantity::prior_level, "prior_level"},
+    {InputQuantity::direction, "direction"}};
+constexpr const auto& names_of(InputQuantity)
+{
+  return input_quantity_names;
+}
 
-/// Which fibres share one draw.
+/// Which fibres share one draw or unknown.
 enum class SharedBy { fibre, bundle, all };
+inline constexpr Named<SharedBy> shared_by_names[] = {
+    {SharedBy::fibre, "fibre"}, {SharedBy::bundle, "bundle"}, {SharedBy::all, "all"}};
+constexpr const auto& names_of(SharedBy)
+{
+  return shared_by_names;
+}
 
-enum class UncertainLoad {
+/// Those without a name have that of the job.
+enum class InputLoad {
   force,
   anterior_force,
   right_force,
   moment,
   varus_moment,
+  push,     ///< of a follower
+  tension,  ///< of all lines of a follower together
   applied,
-  line,
-  push,    ///< of a follower
-  tension  ///< of all lines of a follower together
+  line
 };
+inline constexpr Named<InputLoad> input_load_names[] = {{InputLoad::force, "force"},
+                                                        {InputLoad::anterior_force, "anterior_force"},
+                                                        {InputLoad::right_force, "right_force"},
+                                                        {InputLoad::moment, "moment"},
+                                                        {InputLoad::varus_moment, "varus_moment"},
+                                                        {InputLoad::push, "push"},
+                                                        {InputLoad::tension, "tension"}};
+constexpr const auto& names_of(InputLoad)
+{
+  return input_load_names;
+}
 
-/// One [[uncertainty.parameter]].
-struct UncertainParameter {
+/// An input of a case that may change: the name, whose it is, and where it is in the case.
+struct Parameter {
   std::string name;
-  UncertainQuantity quantity = UncertainQuantity::stiffness;
-  Distribution distribution;
-  bool is_factor = false;               ///< the distribution is that of a factor, else of a change
+  InputQuantity quantity = InputQuantity::reference_strain;
   std::optional<std::size_t> follower;  ///< row of the follower whose fibres, component or load it is
   /// Of stiffness, reference strain and attachment: rows of the case's fibres, or of the follower's.
   std::vector<std::size_t> fibres;
-  SharedBy shared_by = SharedBy::bundle;
-  double correlation = 0.0;               ///< of the fibres of one bundle, with SharedBy::fibre
   BodyIndex body = BodyIndex::reference;  ///< of the attachment, offset or thickness
-  std::int32_t component = 0;             ///< of the offset or thickness, in its object; -1: all
-  std::size_t term = 0;                   ///< of the prior, or of the follower's directions
-  UncertainLoad load = UncertainLoad::force;
-  std::size_t load_row = 0;  ///< of an applied load or a line
+  InputLoad load = InputLoad::force;
+};
+
+/// One [[uncertainty.parameter]].
+struct UncertainParameter : Parameter {
+  Distribution distribution;
+  bool is_factor = false;  ///< the distribution is that of a factor, else of a change
+  SharedBy shared_by = SharedBy::bundle;
+  double correlation = 0.0;    ///< of the fibres of one bundle, with SharedBy::fibre
+  std::int32_t component = 0;  ///< of the offset or thickness, in its object; -1: all
+  std::size_t term = 0;        ///< of the prior, or of the follower's directions
+  std::size_t load_row = 0;    ///< of an applied load or a line
 };
 
 enum class SampleSequence { sobol, latin_hypercube };
@@ -279,6 +317,11 @@ struct Job;  // job/job.hpp
 struct LoadOptions {
   std::string data_directory;          ///< searched first for input files, if not empty
   std::vector<std::string> overrides;  ///< "key.path=value" in TOML syntax (`--set`)
+};
+
+/// A job file to load.
+struct JobSource : LoadOptions {
+  std::string job_file;
 };
 
 /// Loads and validates a job and its input files.

@@ -28,7 +28,6 @@ const Colour smoothed_colour(0.55F, 0.10F, 0.60F);
 constexpr double full_colour_mm = 1.0;  // of vertices moved by smoothing; the legend says so
 const std::array<Colour, 3> axis_colours{Colour(0.82F, 0.10F, 0.08F), Colour(0.10F, 0.20F, 0.85F),
                                          Colour(0.80F, 0.42F, 0.0F)};
-const std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
 
 // A view from direction `towards`, proximal up.
 struct View {

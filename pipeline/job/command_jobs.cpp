@@ -14,16 +14,15 @@ namespace {
 
 // The keys of each quantity besides sd, from and to: those it may have, and of these those it must have.
 struct QuantityKeys {
-  const char* name;
   std::vector<std::string> may, must;
 };
 
-const QuantityKeys& keys_of(FitQuantity quantity)
+const QuantityKeys& keys_of(InputQuantity quantity)
 {
   static const QuantityKeys all[] = {
-      {"reference_strain", {"fibre", "bundle"}, {}},
-      {"attachment", {"fibre", "bundle", "body", "axis"}, {"body", "axis"}},
-      {"load", {"load", "flexion_deg"}, {"load"}},
+      {{"fibre", "bundle"}, {}},
+      {{"fibre", "bundle", "body", "axis"}, {"body", "axis"}},
+      {{"load", "flexion_deg"}, {"load"}},
   };
   return all[static_cast<std::size_t>(quantity)];
 }
@@ -50,10 +49,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   parameter.follower = core::text_or_empty(value, "follower");
   if (!parameter.follower.empty()) follower_named(document, key + ".follower", parameter.follower);
   const std::string& quantity = core::text_at(value, "quantity");
-  for (const FitQuantity known :
-       {FitQuantity::reference_strain, FitQuantity::attachment, FitQuantity::load}) {
-    if (quantity == keys_of(known).name) parameter.quantity = known;
-  }
+  parameter.quantity = core::value_named<InputQuantity>(quantity).value();
   const QuantityKeys& keys = keys_of(parameter.quantity);
   for (const char* name : {"fibre", "bundle", "body", "axis", "load", "flexion_deg"}) {
     const bool has = value.contains(name);
@@ -69,7 +65,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   parameter.bundle = core::text_or_empty(value, "bundle");
   if (!parameter.fibre.empty() && !parameter.bundle.empty())
     document.refuse(key, "both fibre and bundle", "one of them, or none for all fibres");
-  parameter.shared_by = core::text_at(value, "shared_by");
+  parameter.shared_by = core::value_named<SharedBy>(core::text_at(value, "shared_by")).value();
   parameter.body = core::text_or_empty(value, "body");
   parameter.axis = core::text_or_empty(value, "axis");
   parameter.load = core::text_or_empty(value, "load");
@@ -96,9 +92,8 @@ bool read_noise(const core::DocumentValue& value, const std::array<const char*, 
 {
   bool is_fitted = false;
   for (std::size_t k = first; k < n_joint_coordinates; ++k) {
-    const double given =
-        core::number_at(value, std::string("noise.") + names[k] + (is_rotation(k) ? "_deg" : "_mm"));
-    noise[k] = is_rotation(k) ? rad_from_deg(given) : given;
+    const double given = core::number_at(value, std::string("noise.") + names[k] + unit_suffix(k));
+    noise[k] = from_file(given, k);
     is_fitted = is_fitted || given < std::numeric_limits<double>::infinity();
   }
   return is_fitted;

@@ -16,19 +16,9 @@ constexpr double largest_path_step_deg = 1.0;
 constexpr std::size_t largest_rows = 100000;
 constexpr std::size_t flexion_row = 0, varus_row = 1, proximal_row = 4;
 
-std::string unit_suffix(std::size_t coordinate)
-{
-  return is_rotation(coordinate) ? "_deg" : "_mm";
-}
-
 std::string key_of(std::size_t coordinate)
 {
   return std::string("coordinates.") + joint_coordinate_names[coordinate];
-}
-
-double internal_unit(std::size_t coordinate, double value)
-{
-  return is_rotation(coordinate) ? rad_from_deg(value) : value;
 }
 
 CoordinateJob coordinate_of(const Job& job, const core::DocumentValue& value, std::size_t k)
@@ -243,7 +233,7 @@ class Loader {
       return finish_sequence();
     }
     check_ascending(driving);
-    out_.rows.key_name = joint_coordinate_names[driving] + unit_suffix(driving);
+    out_.rows.key_name = std::string(joint_coordinate_names[driving]) + unit_suffix(driving);
     out_.rows.key = coordinates_.coordinate[driving].driven;
     add_rows_over(driving, out_.rows.key);
     finish_sequence();
@@ -267,7 +257,7 @@ class Loader {
       if (c.column.empty()) continue;
       const CsvTable table = table_of(key_of(k) + ".file", c.file);
       const std::string over =
-          c.over.empty() ? joint_coordinate_names[driving] + unit_suffix(driving) : c.over;
+          c.over.empty() ? std::string(joint_coordinate_names[driving]) + unit_suffix(driving) : c.over;
       columns[k] = {ascending_column(table, over), column_of(table, c.column)};
     }
     for (const PushTable& setting : tables_of(out_.push)) set_rows(*setting.table, values);
@@ -295,7 +285,7 @@ class Loader {
     const bool is_grid_varus = out_.rows.role[flexion_row] == CoordinateRole::driven;
     JointCoordinates row = JointCoordinates::Constant(nan);
     const auto set = [&](std::size_t k, double value) {
-      row(static_cast<Eigen::Index>(k)) = internal_unit(k, value);
+      row(static_cast<Eigen::Index>(k)) = from_file(value, k);
     };
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
       const CoordinateJob& c = coordinates_.coordinate[k];
@@ -315,7 +305,7 @@ class Loader {
   double constant_or(std::size_t k, double value) const
   {
     const std::optional<FlexionTable>& given = coordinates_.coordinate[k].given;
-    return given && given->value.rows() == 1 ? internal_unit(k, given->value(0, 0)) : value;
+    return given && given->value.rows() == 1 ? from_file(given->value(0, 0), k) : value;
   }
 
   void finish_sequence()

@@ -125,7 +125,7 @@ JointCoordinates coordinates_of(const std::array<double, n_joint_coordinates>& n
 {
   JointCoordinates q;
   for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-    q(static_cast<Eigen::Index>(k)) = is_rotation(k) ? rad_from_deg(numbers[k]) : numbers[k];
+    q(static_cast<Eigen::Index>(k)) = from_file(numbers[k], k);
   return q;
 }
 
@@ -370,6 +370,23 @@ double tension_n(const Follower& follower)
   double sum_n = 0.0;
   for (const model::Fibre& fibre : follower.ligaments.fibres) sum_n += fibre.tension_n;
   return sum_n;
+}
+
+double load_n(const Follower& follower, InputLoad load)
+{
+  return load == InputLoad::push ? follower.push_n : tension_n(follower);
+}
+
+void set_load(Follower& follower, InputLoad load, double force_n)
+{
+  if (load == InputLoad::push) {
+    follower.push_n = force_n;
+    return;
+  }
+  const double before_n = tension_n(follower);
+  if (!(before_n > 0.0)) return;
+  const double factor = force_n / before_n;
+  for (model::Fibre& fibre : follower.ligaments.fibres) fibre.tension_n *= factor;
 }
 
 std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,

@@ -201,18 +201,16 @@ struct LaxityJob {
   std::vector<Cut> cuts;
 };
 
-enum class FitQuantity { reference_strain, attachment, load };
-
 /// One [[fit.parameter]]: changes of an input, in strain, mm, N or N mm.
 struct FitParameterJob {
   std::string follower;  ///< whose fibres or load; empty: the joint's
-  FitQuantity quantity = FitQuantity::reference_strain;
-  std::string fibre, bundle;         ///< empty: all fibres
-  std::string shared_by = "bundle";  ///< "fibre", "bundle" or "all": which fibres share an unknown
-  std::string body, axis, load;      ///< words of the schema; empty where they do not apply
-  std::vector<double> flexion_deg;   ///< of a load: an unknown at each, linear between; empty: a constant
-  double sd = 0.0;                   ///< of the prior, whose mean is no change
-  double from = 0.0, to = 0.0;       ///< bounds of the change
+  InputQuantity quantity = InputQuantity::reference_strain;
+  std::string fibre, bundle;  ///< empty: all fibres
+  SharedBy shared_by = SharedBy::bundle;
+  std::string body, axis, load;     ///< words of the schema; empty where they do not apply
+  std::vector<double> flexion_deg;  ///< of a load: an unknown at each, linear between; empty: a constant
+  double sd = 0.0;                  ///< of the prior, whose mean is no change
+  double from = 0.0, to = 0.0;      ///< bounds of the change
 };
 
 /// [fit]: what `vrda fit --to` may change, and how well it is measured.

@@ -130,6 +130,22 @@ auto& body_of(AnyCase& of, const UncertainParameter& parameter)
 }
 /// Tension of all its lines of constant tension together.
 double tension_n(const Follower& follower);
+/// Its push, or that tension.
+double load_n(const Follower& follower, InputLoad load);
+/// Sets it; lines keep their shares of a tension above 0.
+void set_load(Follower& follower, InputLoad load, double force_n);
+
+/// The words of a parameter, as in the job; empty where it has none.
+struct FibreWords {
+  const std::string &fibre, &bundle, &body;
+};
+/// Sets the fibres of a stiffness, strain or attachment: those of `words.fibre` or of `words.bundle`, or all;
+/// without lines of constant tension, and of an attachment those that end on its body. Throws InputError
+/// naming `key` if no fibre remains.
+void choose_fibres(const core::Document& document, const std::string& key,
+                   const std::vector<model::Fibre>& fibres, const FibreWords& words, Parameter& parameter);
+/// The name of the draw or unknown of a fibre: its own, that of its bundle, or "all".
+const std::string& shared_name(const model::Fibre& fibre, SharedBy shared_by);
 
 /// Components of a body in canonical axes. Adds inputs, survey and warnings to `loaded`. `small_shells`:
 /// those of the mesh files in contact, as triangles of the body.

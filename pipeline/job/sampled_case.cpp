@@ -19,20 +19,16 @@
 namespace vrda::job {
 namespace {
 
-using job::UncertainLoad;
-using job::UncertainParameter;
-using job::UncertainQuantity;
-
 // An attachment this close to its object's mesh is on it: noise of a segmentation, and the thickness of a
 // periosteum.
 constexpr double attached_mm = 3.0;
 constexpr double least_strain = -0.9, largest_strain = 1.0;
-constexpr const char* axis_names[] = {"anterior", "proximal", "right"};
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 bool is_vector(const UncertainParameter& parameter)
 {
-  return parameter.quantity == UncertainQuantity::attachment ||
-         parameter.quantity == UncertainQuantity::rotation_centre;
+  return parameter.quantity == InputQuantity::attachment ||
+         parameter.quantity == InputQuantity::rotation_centre;
 }
 
 // The draws of one parameter: the first column of each fibre's own draw, and that of its bundle's if fibres
@@ -73,15 +69,9 @@ class DrawColumns {
   // Empty where all fibres share the draw, or where the parameter's name contains the bundle's.
   std::string shared_name(std::size_t k) const
   {
-    switch (parameter_.shared_by) {
-      case job::SharedBy::fibre:
-        return fibres_[k].name;
-      case job::SharedBy::bundle:
-        return is_one_bundle() ? "" : fibres_[k].bundle;
-      case job::SharedBy::all:
-        break;
-    }
-    return "";
+    const bool is_one = parameter_.shared_by == SharedBy::all ||
+                        (parameter_.shared_by == SharedBy::bundle && is_one_bundle());
+    return is_one ? "" : job::shared_name(fibres_[k], parameter_.shared_by);
   }
 
   bool is_one_bundle() const
@@ -163,7 +153,7 @@ struct SampledCase::State {
     const job::Uncertainty& uncertainty = *given.uncertainty;
     for (const UncertainParameter& parameter : uncertainty.parameters) {
       draws.push_back(DrawColumns(parameter, ligaments_of(given, parameter.follower).fibres, names).draws());
-      if (parameter.quantity != UncertainQuantity::attachment) continue;
+      if (parameter.quantity != InputQuantity::attachment) continue;
       if (!surfaces.contains(parameter.body))
         surfaces.emplace(parameter.body, surface_of(body_of(given, parameter)));
     }
@@ -211,40 +201,34 @@ struct SampledCase::State {
   double least_draw(const UncertainParameter& parameter) const
   {
     if (parameter.is_factor) return least_factor(parameter);
-    double largest = -std::numeric_limits<double>::infinity();
-    if (parameter.quantity == UncertainQuantity::stiffness) {
+    double largest = -infinite;
+    if (parameter.quantity == InputQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
         largest = std::max(largest, ligaments_of(job_case, parameter.follower).fibres[k].stiffness_n);
-    } else if (parameter.quantity == UncertainQuantity::offset) {
+    } else if (parameter.quantity == InputQuantity::offset) {
       const Part& part = body_of(job_case, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           largest = std::max(largest, offset_mm(part.mesh, static_cast<Eigen::Index>(t)));
       }
-    } else if (parameter.quantity == UncertainQuantity::load && parameter.follower) {
-      largest = follower_load_n(parameter);
-    } else if (parameter.quantity == UncertainQuantity::load) {
+    } else if (parameter.quantity == InputQuantity::load && parameter.follower) {
+      largest = load_n(job_case.followers.at(*parameter.follower), parameter.load);
+    } else if (parameter.quantity == InputQuantity::load) {
       for (const job::Push& push : job_case.push) {
-        if (parameter.load == UncertainLoad::force) largest = std::max(largest, push.force_n.dot(push.delta));
-        if (parameter.load == UncertainLoad::line)
+        if (parameter.load == InputLoad::force) largest = std::max(largest, push.force_n.dot(push.delta));
+        if (parameter.load == InputLoad::line)
           largest = std::max(largest, push.line_tension_n[parameter.load_row]);
       }
     }
-    return std::isfinite(largest) ? -largest : -std::numeric_limits<double>::infinity();
-  }
-
-  double follower_load_n(const UncertainParameter& parameter) const
-  {
-    const Follower& follower = job_case.followers.at(*parameter.follower);
-    return parameter.load == UncertainLoad::push ? follower.push_n : tension_n(follower);
+    return std::isfinite(largest) ? -largest : -infinite;
   }
 
   static double least_factor(const UncertainParameter& parameter)
   {
-    const bool is_signed = parameter.quantity == UncertainQuantity::reference_strain ||
-                           (parameter.quantity == UncertainQuantity::load && !parameter.follower &&
-                            parameter.load != UncertainLoad::force && parameter.load != UncertainLoad::line);
-    return is_signed ? -std::numeric_limits<double>::infinity() : 0.0;
+    const bool is_signed = parameter.quantity == InputQuantity::reference_strain ||
+                           (parameter.quantity == InputQuantity::load && !parameter.follower &&
+                            parameter.load != InputLoad::force && parameter.load != InputLoad::line);
+    return is_signed ? -infinite : 0.0;
   }
 
   // Score of the f-th fibre's draw in column `k` of it.
@@ -258,7 +242,7 @@ struct SampledCase::State {
   }
 
   // `nominal` with the change or factor drawn; the result is above `least`.
-  double changed(std::size_t p, std::size_t f, int sample, double nominal, double least) const
+  double changed(std::size_t p, std::size_t f, int sample, double nominal, double least = -infinite) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
     const double probability = probability_of_score(score_of(p, f, sample));
@@ -295,16 +279,16 @@ struct SampledCase::State {
     for (std::size_t p = 0; p < uncertainty.parameters.size(); ++p) {
       const UncertainParameter& parameter = uncertainty.parameters[p];
       if (parameter.follower != follower) continue;
-      if (parameter.quantity == UncertainQuantity::attachment) {
+      if (parameter.quantity == InputQuantity::attachment) {
         move_attachments(p, sample, ligaments);
         is_moved = true;
       }
       for (std::size_t f = 0; f < parameter.fibres.size(); ++f) {
         const std::size_t k = parameter.fibres[f];
         double& stiffness_n = ligaments.fibres[k].stiffness_n;
-        if (parameter.quantity == UncertainQuantity::stiffness)
+        if (parameter.quantity == InputQuantity::stiffness)
           stiffness_n = changed(p, f, sample, stiffness_n, 0.0);
-        if (parameter.quantity != UncertainQuantity::reference_strain) continue;
+        if (parameter.quantity != InputQuantity::reference_strain) continue;
         new_strain[k] =
             std::clamp(changed(p, f, sample, new_strain[k], least_strain), least_strain, largest_strain);
         has_strain[k] = is_strained = true;
@@ -331,51 +315,42 @@ struct SampledCase::State {
   void change_load(std::size_t p, int sample, job::Push& push) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    const double any = -std::numeric_limits<double>::infinity();
     const Eigen::Matrix3d R = shortest_rotation(Eigen::Vector3d::UnitY(), push.delta);
     const auto change_along = [&](const Eigen::Vector3d& axis, double least) {
       const double before_n = push.force_n.dot(axis);
       push.force_n += (changed(p, 0, sample, before_n, least) - before_n) * axis;
     };
     switch (parameter.load) {
-      case UncertainLoad::push:
-      case UncertainLoad::tension:
+      case InputLoad::push:
+      case InputLoad::tension:
         throw InternalError("a follower's load is not the joint's");
-      case UncertainLoad::force:
+      case InputLoad::force:
         return change_along(push.delta, 0.0);
-      case UncertainLoad::anterior_force:
-        return change_along(R.col(0), any);
-      case UncertainLoad::right_force:
-        return change_along(R.col(2), any);
-      case UncertainLoad::moment:
-        push.moment_nmm = changed(p, 0, sample, push.moment_nmm, any);
+      case InputLoad::anterior_force:
+        return change_along(R.col(0), -infinite);
+      case InputLoad::right_force:
+        return change_along(R.col(2), -infinite);
+      case InputLoad::moment:
+        push.moment_nmm = changed(p, 0, sample, push.moment_nmm);
         return;
-      case UncertainLoad::varus_moment:
-        push.varus_moment_nmm = changed(p, 0, sample, push.varus_moment_nmm, any);
+      case InputLoad::varus_moment:
+        push.varus_moment_nmm = changed(p, 0, sample, push.varus_moment_nmm);
         return;
-      case UncertainLoad::applied:
-        push.load_force_n[parameter.load_row] *= changed(p, 0, sample, 1.0, any);
-        push.load_moment_nmm[parameter.load_row] *= changed(p, 0, sample, 1.0, any);
+      case InputLoad::applied:
+        push.load_force_n[parameter.load_row] *= changed(p, 0, sample, 1.0);
+        push.load_moment_nmm[parameter.load_row] *= changed(p, 0, sample, 1.0);
         return;
-      case UncertainLoad::line:
+      case InputLoad::line:
         double& tension_n = push.line_tension_n[parameter.load_row];
         tension_n = std::max(0.0, changed(p, 0, sample, tension_n, 0.0));
         return;
     }
   }
 
-  // Lines keep their shares of the tension.
   void change_follower_load(std::size_t p, int sample, Follower& follower) const
   {
-    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    if (parameter.load == UncertainLoad::push) {
-      follower.push_n = std::max(0.0, changed(p, 0, sample, follower.push_n, 0.0));
-      return;
-    }
-    const double before_n = tension_n(follower);
-    if (!(before_n > 0.0)) return;
-    const double factor = std::max(0.0, changed(p, 0, sample, before_n, 0.0)) / before_n;
-    for (model::Fibre& fibre : follower.ligaments.fibres) fibre.tension_n *= factor;
+    const InputLoad load = job_case.uncertainty->parameters[p].load;
+    set_load(follower, load, std::max(0.0, changed(p, 0, sample, load_n(follower, load), 0.0)));
   }
 
   void change_offset(std::size_t p, int sample, job::Case& sampled) const
@@ -389,10 +364,7 @@ struct SampledCase::State {
     }
   }
 
-  double thickness_mm(std::size_t p, int sample) const
-  {
-    return changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
-  }
+  double thickness_mm(std::size_t p, int sample) const { return changed(p, 0, sample, 0.0); }
 
   void change_thickness(std::size_t p, int sample, job::Case& sampled) const
   {
@@ -416,15 +388,15 @@ struct SampledCase::State {
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
     sampled.followers.at(*parameter.follower).directions.at(parameter.term).rest_rad +=
-        rad_from_deg(changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity()));
+        rad_from_deg(changed(p, 0, sample, 0.0));
   }
 
   void change_prior(std::size_t p, int sample, job::Case& sampled) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
     PriorTerm& term = sampled.prior.at(parameter.term);
-    const double drawn = changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
-    (parameter.quantity == UncertainQuantity::prior_shape ? term.shape_change : term.level_change) +=
+    const double drawn = changed(p, 0, sample, 0.0);
+    (parameter.quantity == InputQuantity::prior_shape ? term.shape_change : term.level_change) +=
         is_angle(term.coordinate) ? rad_from_deg(drawn) : drawn;
   }
 };
@@ -464,7 +436,7 @@ std::optional<double> SampledCase::thickness_change_mm(int sample) const
   double change_mm = 0.0;
   std::ptrdiff_t n = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].quantity != UncertainQuantity::thickness || parameters[p].component >= 0 ||
+    if (parameters[p].quantity != InputQuantity::thickness || parameters[p].component >= 0 ||
         parameters[p].follower)
       continue;
     change_mm += state_->thickness_mm(p, sample);
@@ -477,9 +449,9 @@ std::ptrdiff_t SampledCase::n_geometry_changes() const
 {
   return std::ranges::count_if(
       state_->job_case.uncertainty->parameters, [](const UncertainParameter& parameter) {
-        return !parameter.follower && (parameter.quantity == UncertainQuantity::rotation_centre ||
-                                       parameter.quantity == UncertainQuantity::offset ||
-                                       parameter.quantity == UncertainQuantity::thickness);
+        return !parameter.follower && (parameter.quantity == InputQuantity::rotation_centre ||
+                                       parameter.quantity == InputQuantity::offset ||
+                                       parameter.quantity == InputQuantity::thickness);
       });
 }
 
@@ -493,7 +465,7 @@ Eigen::Vector3d SampledCase::rotation_centre_mm_at(int sample) const
   const std::vector<UncertainParameter>& parameters = state_->job_case.uncertainty->parameters;
   Eigen::Vector3d centre_mm = state_->job_case.frame.rotation_centre_mm;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].quantity != UncertainQuantity::rotation_centre) continue;
+    if (parameters[p].quantity != InputQuantity::rotation_centre) continue;
     const Eigen::Vector3d three = state_->scores.block<1, 3>(sample, state_->draws[p].own[0]).transpose();
     centre_mm += displacement_mm(parameters[p].distribution, three);
   }
@@ -511,13 +483,13 @@ job::Case SampledCase::at(int sample) const
   sampled.frame.rotation_centre_mm = rotation_centre_mm_at(sample);
   const std::vector<UncertainParameter>& parameters = state.job_case.uncertainty->parameters;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    const UncertainQuantity quantity = parameters[p].quantity;
-    if (quantity == UncertainQuantity::offset) state.change_offset(p, sample, sampled);
-    if (quantity == UncertainQuantity::thickness) state.change_thickness(p, sample, sampled);
-    if (quantity == UncertainQuantity::direction) state.turn_direction(p, sample, sampled);
-    if (quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level)
+    const InputQuantity quantity = parameters[p].quantity;
+    if (quantity == InputQuantity::offset) state.change_offset(p, sample, sampled);
+    if (quantity == InputQuantity::thickness) state.change_thickness(p, sample, sampled);
+    if (quantity == InputQuantity::direction) state.turn_direction(p, sample, sampled);
+    if (quantity == InputQuantity::prior_shape || quantity == InputQuantity::prior_level)
       state.change_prior(p, sample, sampled);
-    if (quantity != UncertainQuantity::load) continue;
+    if (quantity != InputQuantity::load) continue;
     if (parameters[p].follower) {
       state.change_follower_load(p, sample, sampled.followers[*parameters[p].follower]);
       continue;

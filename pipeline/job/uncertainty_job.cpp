@@ -15,16 +15,6 @@ namespace {
 
 constexpr std::size_t largest_value_table = 100000;
 
-struct NamedLoad {
-  const char* name;
-  UncertainLoad load;
-};
-constexpr std::array<NamedLoad, 5> named_loads{{{"force", UncertainLoad::force},
-                                                {"anterior_force", UncertainLoad::anterior_force},
-                                                {"right_force", UncertainLoad::right_force},
-                                                {"moment", UncertainLoad::moment},
-                                                {"varus_moment", UncertainLoad::varus_moment}}};
-
 class UncertaintyReader {
  public:
   UncertaintyReader(const Job& job, const std::string& data_directory, const Case& loaded,
@@ -64,17 +54,13 @@ class UncertaintyReader {
 
   UncertainParameter parameter_of(const core::DocumentValue& value)
   {
-    static const std::array<std::string, 10> quantities{
-        "stiffness", "reference_strain", "attachment",  "load",        "rotation_centre",
-        "offset",    "thickness",        "prior_shape", "prior_level", "direction"};
     UncertainParameter parameter;
     const std::string& quantity = core::text_at(value, "quantity");
-    parameter.quantity = static_cast<UncertainQuantity>(
-        std::find(quantities.begin(), quantities.end(), quantity) - quantities.begin());
+    parameter.quantity = core::value_named<InputQuantity>(quantity).value();
     check_keys(value, parameter.quantity);
     const core::DocumentValue* factor = core::find_at(value, "factor");
     parameter.is_factor =
-        factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == UncertainQuantity::stiffness;
+        factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == InputQuantity::stiffness;
     parameter.name = quantity;
     if (const std::string& follower = core::text_or_empty(value, "follower"); !follower.empty()) {
       parameter.follower = follower_named(job_.document, at_ + ".follower", follower);
@@ -82,54 +68,53 @@ class UncertaintyReader {
       parameter.name += " " + follower;
     }
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
-    if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
-    if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
-    if (parameter.quantity == UncertainQuantity::thickness) set_thickness(value, parameter);
+    if (parameter.quantity == InputQuantity::load) set_load(value, parameter);
+    if (parameter.quantity == InputQuantity::offset) set_component(value, parameter);
+    if (parameter.quantity == InputQuantity::thickness) set_thickness(value, parameter);
     if (is_of_prior(parameter.quantity)) set_term(value, parameter);
-    if (parameter.quantity == UncertainQuantity::direction) set_direction(value, parameter);
+    if (parameter.quantity == InputQuantity::direction) set_direction(value, parameter);
     if (const std::string& name = core::text_or_empty(value, "name"); !name.empty()) parameter.name = name;
     parameter.distribution = distribution_of(value, parameter);
     check_range(parameter);
     return parameter;
   }
 
-  static bool is_of_fibres(UncertainQuantity quantity)
+  static bool is_of_fibres(InputQuantity quantity)
   {
-    return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
-           quantity == UncertainQuantity::attachment;
+    return quantity == InputQuantity::stiffness || quantity == InputQuantity::reference_strain ||
+           quantity == InputQuantity::attachment;
   }
 
-  static bool is_of_prior(UncertainQuantity quantity)
+  static bool is_of_prior(InputQuantity quantity)
   {
-    return quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level;
+    return quantity == InputQuantity::prior_shape || quantity == InputQuantity::prior_level;
   }
 
-  static bool is_vector(UncertainQuantity quantity)
+  static bool is_vector(InputQuantity quantity)
   {
-    return quantity == UncertainQuantity::attachment || quantity == UncertainQuantity::rotation_centre;
+    return quantity == InputQuantity::attachment || quantity == InputQuantity::rotation_centre;
   }
 
   // What a parameter of a follower may change.
-  static bool may_be_of_follower(UncertainQuantity quantity)
+  static bool may_be_of_follower(InputQuantity quantity)
   {
-    return is_of_fibres(quantity) || quantity == UncertainQuantity::load ||
-           quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness ||
-           quantity == UncertainQuantity::direction;
+    return is_of_fibres(quantity) || quantity == InputQuantity::load || quantity == InputQuantity::offset ||
+           quantity == InputQuantity::thickness || quantity == InputQuantity::direction;
   }
 
   // A key that the quantity or the distribution does not use is a mistake.
-  void check_keys(const core::DocumentValue& value, UncertainQuantity quantity) const
+  void check_keys(const core::DocumentValue& value, InputQuantity quantity) const
   {
     const std::string& distribution = core::text_at(value, "distribution");
     std::set<std::string> used{"name", "quantity", "distribution"};
     if (is_of_fibres(quantity)) used.insert({"fibre", "bundle", "shared_by", "correlation"});
-    if (quantity == UncertainQuantity::attachment) used.insert("body");
-    if (quantity == UncertainQuantity::direction) used.insert("bundle");
-    if (quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness)
+    if (quantity == InputQuantity::attachment) used.insert("body");
+    if (quantity == InputQuantity::direction) used.insert("bundle");
+    if (quantity == InputQuantity::offset || quantity == InputQuantity::thickness)
       used.insert({value.contains("follower") ? "follower" : "body", "component"});
     if (may_be_of_follower(quantity)) used.insert("follower");
     if (is_of_prior(quantity)) used.insert("coordinate");
-    if (quantity == UncertainQuantity::load) used.insert("load");
+    if (quantity == InputQuantity::load) used.insert("load");
     if (!is_vector(quantity)) used.insert("factor");
     if (distribution == "normal" || distribution == "lognormal") used.insert("sd");
     if (!is_vector(quantity) && used.contains("sd")) used.insert("mean");
@@ -144,16 +129,6 @@ class UncertaintyReader {
     }
   }
 
-  static std::vector<std::string> fibre_words(const std::vector<model::Fibre>& fibres, bool is_bundle)
-  {
-    std::vector<std::string> words;
-    for (const model::Fibre& fibre : fibres) {
-      const std::string& word = is_bundle ? fibre.bundle : fibre.name;
-      if (words.empty() || words.back() != word) words.push_back(word);
-    }
-    return words;
-  }
-
   BodyIndex body_at(const core::DocumentValue& value, bool is_of_follower = false) const
   {
     const std::string& name = core::text_or_empty(value, "body");
@@ -166,38 +141,20 @@ class UncertaintyReader {
   void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
   {
     const std::vector<model::Fibre>& fibres = ligaments_of(loaded_, parameter.follower).fibres;
-    if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
-    if (parameter.quantity == UncertainQuantity::attachment) {
+    std::string body;
+    if (parameter.quantity == InputQuantity::attachment) {
       parameter.body = body_at(value, parameter.follower.has_value());
-      parameter.name += " " + body_name(parameter);
+      body = body_name(parameter);
+      parameter.name += " " + body;
     }
     const std::string& fibre = core::text_or_empty(value, "fibre");
     const std::string& bundle = core::text_or_empty(value, "bundle");
     if (!fibre.empty() && !bundle.empty()) refuse("", "both fibre and bundle", "one of them, or neither");
     const std::string& word = fibre.empty() ? bundle : fibre;
     if (!word.empty()) parameter.name += " " + word;
-    bool is_known = false;
-    for (std::size_t k = 0; k < fibres.size(); ++k) {
-      if (!word.empty() && (fibre.empty() ? fibres[k].bundle : fibres[k].name) != word) continue;
-      is_known = true;
-      // A line has neither stiffness nor strain; a follower's fibre ends on two of several bodies.
-      if (parameter.quantity == UncertainQuantity::attachment
-              ? fibres[k].from == parameter.body || fibres[k].to == parameter.body
-              : !(fibres[k].tension_n > 0.0))
-        parameter.fibres.push_back(k);
-    }
-    if (parameter.fibres.empty() && is_known && parameter.quantity == UncertainQuantity::attachment)
-      refuse("body", '"' + body_name(parameter) + '"', "an object on which these fibres end");
-    if (parameter.fibres.empty()) {
-      const bool is_bundle = fibre.empty();
-      refuse(is_bundle ? "bundle" : "fibre", "\"" + word + "\"",
-             std::string(is_bundle ? "a bundle" : "a fibre") + " of the job; the nearest is \"" +
-                 nearest_word(word, fibre_words(fibres, is_bundle)) + "\"");
-    }
-    const std::string& shared = core::text_or_empty(value, "shared_by");
-    parameter.shared_by = shared == "fibre" ? SharedBy::fibre
-                          : shared == "all" ? SharedBy::all
-                                            : SharedBy::bundle;
+    choose_fibres(job_.document, at_, fibres, {fibre, bundle, body}, parameter);
+    parameter.shared_by =
+        core::value_named<SharedBy>(core::text_or_empty(value, "shared_by")).value_or(SharedBy::bundle);
     const core::DocumentValue* correlation = core::find_at(value, "correlation");
     if (correlation == nullptr) return;
     if (parameter.shared_by != SharedBy::fibre)
@@ -208,21 +165,20 @@ class UncertaintyReader {
   void set_load(const core::DocumentValue& value, UncertainParameter& parameter)
   {
     const std::string& name = core::text_or_empty(value, "load");
-    std::vector<std::string> names;
-    for (const NamedLoad& named : named_loads) {
-      names.emplace_back(named.name);
-      if (name == named.name) parameter.load = named.load;
-    }
+    const std::optional<InputLoad> known = core::value_named<InputLoad>(name);
+    const bool is_of_follower = known == InputLoad::push || known == InputLoad::tension;
     if (parameter.follower) {
-      if (name != "push" && name != "tension")
+      if (!is_of_follower)
         refuse("load", name.empty() ? "nothing" : "\"" + name + "\"",
                "\"push\" or \"tension\", of a follower");
-      parameter.load = name == "push" ? UncertainLoad::push : UncertainLoad::tension;
+      parameter.load = *known;
       parameter.name += " " + name;
       return;
     }
-    bool is_found = std::find(names.begin(), names.end(), name) != names.end();
-    const auto find_in = [&](const auto& list, UncertainLoad kind) {
+    bool is_found = known && !is_of_follower;
+    if (is_found) parameter.load = *known;
+    std::vector<std::string> names{"force", "anterior_force", "right_force", "moment", "varus_moment"};
+    const auto find_in = [&](const auto& list, InputLoad kind) {
       for (std::size_t k = 0; k < list.size(); ++k) {
         names.push_back(list[k].name);
         if (is_found || list[k].name != name) continue;
@@ -231,14 +187,14 @@ class UncertaintyReader {
         is_found = true;
       }
     };
-    find_in(loaded_.loads, UncertainLoad::applied);
-    find_in(loaded_.lines, UncertainLoad::line);
+    find_in(loaded_.loads, InputLoad::applied);
+    find_in(loaded_.lines, InputLoad::line);
     if (!is_found)
       refuse("load", name.empty() ? "nothing" : "\"" + name + "\"",
              "force, anterior_force, right_force, moment, varus_moment, or the name of a load or line; "
              "the nearest is \"" +
                  nearest_word(name, names) + "\"");
-    if (parameter.load == UncertainLoad::applied && !parameter.is_factor)
+    if (parameter.load == InputLoad::applied && !parameter.is_factor)
       refuse("factor", "no factor", "factor = true: a [[push.load]] has a force and a moment");
     parameter.name += " " + name;
   }
@@ -275,8 +231,9 @@ class UncertaintyReader {
 
   std::string body_name(const UncertainParameter& parameter) const
   {
-    return model::row_of(parameter.body) < 2 ? name_of(parameter.body)
-                                             : loaded_.followers[model::follower_row(parameter.body)].name;
+    std::vector<std::string> followers;
+    for (const Follower& follower : loaded_.followers) followers.push_back(follower.name);
+    return model::object_name(parameter.body, followers);
   }
 
   void set_direction(const core::DocumentValue& value, UncertainParameter& parameter)
@@ -377,7 +334,7 @@ class UncertaintyReader {
   void check_range(const UncertainParameter& parameter) const
   {
     const Distribution& distribution = parameter.distribution;
-    if (parameter.quantity == UncertainQuantity::reference_strain && !parameter.is_factor &&
+    if (parameter.quantity == InputQuantity::reference_strain && !parameter.is_factor &&
         distribution.kind == DistributionKind::normal && distribution.sd > 1.0)
       refuse("sd", shortest_decimal(distribution.sd), "a standard deviation of strain, at most 1");
     if (distribution.kind == DistributionKind::normal || distribution.kind == DistributionKind::lognormal ||
@@ -391,33 +348,31 @@ class UncertaintyReader {
                wanted);
     };
     const bool is_factor = parameter.is_factor;
-    if (parameter.quantity == UncertainQuantity::stiffness) {
+    if (parameter.quantity == InputQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
         require(
             (is_factor ? 0.0 : ligaments_of(loaded_, parameter.follower).fibres[k].stiffness_n) + smallest >
                 0.0,
             "values that keep every stiffness above 0");
-    } else if (parameter.quantity == UncertainQuantity::offset) {
+    } else if (parameter.quantity == InputQuantity::offset) {
       const Part& part = body_of(loaded_, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           return require(offset_mm(part.mesh, static_cast<Eigen::Index>(t)) + smallest >= 0.0,
                          "values that keep the offset at or above 0");
       }
-    } else if (parameter.quantity == UncertainQuantity::load && is_factor) {
-      require(parameter.load == UncertainLoad::moment || parameter.load == UncertainLoad::varus_moment ||
-                  smallest >= 0.0,
-              "factors at or above 0");
-    } else if (parameter.quantity == UncertainQuantity::load && parameter.follower) {
-      const Follower& follower = loaded_.followers[*parameter.follower];
+    } else if (parameter.quantity == InputQuantity::load && is_factor) {
       require(
-          (parameter.load == UncertainLoad::push ? follower.push_n : tension_n(follower)) + smallest >= 0.0,
-          "changes that keep the force at or above 0");
-    } else if (parameter.quantity == UncertainQuantity::load &&
-               (parameter.load == UncertainLoad::force || parameter.load == UncertainLoad::line)) {
+          parameter.load == InputLoad::moment || parameter.load == InputLoad::varus_moment || smallest >= 0.0,
+          "factors at or above 0");
+    } else if (parameter.quantity == InputQuantity::load && parameter.follower) {
+      require(load_n(loaded_.followers[*parameter.follower], parameter.load) + smallest >= 0.0,
+              "changes that keep the force at or above 0");
+    } else if (parameter.quantity == InputQuantity::load &&
+               (parameter.load == InputLoad::force || parameter.load == InputLoad::line)) {
       for (const Push& push : loaded_.push)
-        require((parameter.load == UncertainLoad::force ? push.force_n.dot(push.delta)
-                                                        : push.line_tension_n[parameter.load_row]) +
+        require((parameter.load == InputLoad::force ? push.force_n.dot(push.delta)
+                                                    : push.line_tension_n[parameter.load_row]) +
                         smallest >=
                     0.0,
                 "changes that keep the force at or above 0 at every flexion");
@@ -434,6 +389,43 @@ class UncertaintyReader {
 };
 
 }  // namespace
+
+const std::string& shared_name(const model::Fibre& fibre, SharedBy shared_by)
+{
+  static const std::string all = name_of(SharedBy::all);
+  return shared_by == SharedBy::fibre ? fibre.name : shared_by == SharedBy::bundle ? fibre.bundle : all;
+}
+
+void choose_fibres(const core::Document& document, const std::string& key,
+                   const std::vector<model::Fibre>& fibres, const FibreWords& words, Parameter& parameter)
+{
+  const bool is_attachment = parameter.quantity == InputQuantity::attachment;
+  const bool is_bundle = words.fibre.empty();
+  const std::string& word = is_bundle ? words.bundle : words.fibre;
+  std::vector<std::string> known;
+  bool is_known = false;
+  for (std::size_t k = 0; k < fibres.size(); ++k) {
+    known.push_back(is_bundle ? fibres[k].bundle : fibres[k].name);
+    if (!word.empty() && known.back() != word) continue;
+    is_known = true;
+    // A line has neither stiffness nor strain; a follower's fibre ends on two of several bodies.
+    if (is_attachment ? fibres[k].from == parameter.body || fibres[k].to == parameter.body
+                      : !(fibres[k].tension_n > 0.0))
+      parameter.fibres.push_back(k);
+  }
+  if (!parameter.fibres.empty()) return;
+  if (fibres.empty())
+    document.refuse(key + ".quantity", "a quantity of fibres", "[ligaments], or another quantity");
+  if (is_known && is_attachment)
+    document.refuse(key + ".body", '"' + words.body + '"', "an object on which these fibres end");
+  if (is_known)
+    document.refuse(key + ".quantity",
+                    std::string(name_of(parameter.quantity)) + " of lines of constant tension",
+                    "fibres with a stiffness");
+  document.refuse(key + (is_bundle ? ".bundle" : ".fibre"), '"' + word + '"',
+                  std::string(is_bundle ? "a bundle" : "a fibre") + " of the job; the nearest is \"" +
+                      nearest_word(word, known) + '"');
+}
 
 LoadedUncertainty load_uncertainty(const Job& job, const std::string& data_directory, const Case& loaded,
                                    const LoadedLigaments& ligaments)

@@ -43,21 +43,21 @@ Pose joint_pose(const JointCoordinates& coordinates)
 
 JointCoordinates joint_coordinates(const Pose& X_reference_moving)
 {
-  const ClinicalCoordinates c =
-      clinical_coordinates(X_reference_moving, Side::right, Eigen::Vector3d::Zero());
-  JointCoordinates coordinates;
-  coordinates << c.flexion_rad, c.varus_rad, c.internal_rotation_rad, c.anterior_mm, c.proximal_mm,
-      c.lateral_mm;
-  return coordinates;
+  return clinical_coordinates(X_reference_moving, Side::right, Eigen::Vector3d::Zero()).rows();
+}
+
+JointCoordinates ClinicalCoordinates::rows() const
+{
+  JointCoordinates rows;
+  rows << flexion_rad, varus_rad, internal_rotation_rad, anterior_mm, proximal_mm, lateral_mm;
+  return rows;
 }
 
 JointCoordinates follower_coordinates(const Pose& X, Side side, const Eigen::Vector3d& centre_mm)
 {
-  const ClinicalCoordinates c = clinical_coordinates(X, side, centre_mm);
+  JointCoordinates coordinates = clinical_coordinates(X, side, centre_mm).rows();
   const Eigen::Vector3d shift_mm = X * centre_mm - centre_mm;
-  JointCoordinates coordinates;
-  coordinates << c.flexion_rad, c.varus_rad, c.internal_rotation_rad, shift_mm.x(), shift_mm.y(),
-      side == Side::left ? -shift_mm.z() : shift_mm.z();
+  coordinates.tail<3>() << shift_mm.x(), shift_mm.y(), side == Side::left ? -shift_mm.z() : shift_mm.z();
   return coordinates;
 }
 

@@ -74,8 +74,46 @@ inline constexpr bool is_rotation(std::size_t coordinate)
   return coordinate < 3;
 }
 
+/// The unit of a coordinate in files.
+inline constexpr const char* unit_name(std::size_t coordinate)
+{
+  return is_rotation(coordinate) ? "degree" : "mm";
+}
+/// In the names of columns.
+inline constexpr const char* unit_suffix(std::size_t coordinate)
+{
+  return is_rotation(coordinate) ? "_deg" : "_mm";
+}
+
+/// A coordinate (rad or mm) in degrees or mm, as in files, and the inverse.
+inline double in_file(double value, std::size_t coordinate)
+{
+  return is_rotation(coordinate) ? deg_from_rad(value) : value;
+}
+inline double from_file(double value, std::size_t coordinate)
+{
+  return is_rotation(coordinate) ? rad_from_deg(value) : value;
+}
+
+/// An entry for each coordinate, by the coordinate or its row.
+template <typename Entry>
+struct OfCoordinates : std::array<Entry, n_joint_coordinates> {
+  using std::array<Entry, n_joint_coordinates>::operator[];
+  Entry& operator[](JointCoordinate c) { return this->at(static_cast<std::size_t>(c)); }
+  const Entry& operator[](JointCoordinate c) const { return this->at(static_cast<std::size_t>(c)); }
+};
+
 /// Three angles (rad) and three translations (mm). Signs are those of schemas/clinical.md for both sides.
 using JointCoordinates = Eigen::Matrix<double, 6, 1>;
+
+/// The same in degrees and mm, as in files.
+inline OfCoordinates<double> in_files(const JointCoordinates& coordinates)
+{
+  OfCoordinates<double> numbers;
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    numbers[k] = in_file(coordinates(static_cast<Eigen::Index>(k)), k);
+  return numbers;
+}
 
 /// Where a coordinate comes from: a grid's axis, an input, or the equilibrium.
 enum class CoordinateRole : std::int8_t { driven = 0, given = 1, free = 2 };
@@ -160,7 +198,13 @@ struct ClinicalCoordinates {
   double anterior_mm = 0.0;
   double proximal_mm = 0.0;
   double lateral_mm = 0.0;
+
+  JointCoordinates rows() const;
 };
+inline OfCoordinates<double> in_files(const ClinicalCoordinates& coordinates)
+{
+  return in_files(coordinates.rows());
+}
 
 /// Decomposes `X_reference_moving`: R = Rz(-flexion) Rx(varus) Ry(internal) on the right side; on the left
 /// the mirrored pose is decomposed. `rotation_centre_mm` is in canonical coordinates of the joint's own side.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -29,6 +30,15 @@ constexpr const auto& names_of(BodyIndex)
   return body_names;
 }
 inline constexpr BodyIndex all_bodies[] = {BodyIndex::reference, BodyIndex::moving};
+/// The name of a body, of `followers` by their order.
+inline std::string object_name(BodyIndex body, const std::vector<std::string>& followers)
+{
+  const auto row = static_cast<std::size_t>(body);
+  return row < std::size(all_bodies) ? name_of(body) : followers.at(row - std::size(all_bodies));
+}
+
+/// The canonical axes X, Y and Z.
+inline constexpr std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
 
 /// The member of `its` that belongs to a body: `its.reference` or `its.moving`.
 template <typename Bodies>

@@ -22,11 +22,6 @@ std::string component_text(const std::string& body, const JobComponent& componen
   return text;
 }
 
-std::string object_name(BodyIndex body, const std::vector<std::string>& followers)
-{
-  return model::row_of(body) < 2 ? name_of(body) : followers.at(model::follower_row(body));
-}
-
 std::string scan_text(const ClinicalCoordinates& scanned)
 {
   const auto degrees = [](double rad) { return short_decimal(deg_from_rad(rad), 1); };
@@ -82,11 +77,8 @@ std::string uncertainty_text(const JobDescription& job)
 
 std::string coordinates_text(const JointCoordinates& q)
 {
-  std::string text = "[";
-  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-    const double value = q(static_cast<Eigen::Index>(k));
-    text += (k == 0 ? "" : ", ") + short_decimal(is_rotation(k) ? deg_from_rad(value) : value, 4);
-  }
+  std::string text;
+  for (const double number : in_files(q)) text += (text.empty() ? "[" : ", ") + short_decimal(number, 4);
   return text + "]";
 }
 
@@ -255,9 +247,9 @@ std::string follower_table(const model::Ligaments& ligaments, const std::vector<
                      (strain ? "reference_strain" : "slack_length_mm") + ",tension_share,wrap\n";
   for (const model::Fibre& fibre : ligaments.fibres) {
     const bool is_line = fibre.tension_n > 0.0;
-    text += fibre.name + "," + fibre.bundle + "," + object_name(fibre.from, followers) + "," +
-            core::numbers_text(fibre.reference_mm, ",") + "," + object_name(fibre.to, followers) + "," +
-            core::numbers_text(fibre.moving_mm, ",") + "," +
+    text += fibre.name + "," + fibre.bundle + "," + model::object_name(fibre.from, followers) + "," +
+            core::numbers_text(fibre.reference_mm, ",") + "," + model::object_name(fibre.to, followers) +
+            "," + core::numbers_text(fibre.moving_mm, ",") + "," +
             (is_line ? ",," + shortest_decimal(fibre.tension_n)
                      : shortest_decimal(fibre.stiffness_n) + "," +
                            shortest_decimal(strain.value_or(fibre.slack_length_mm)) + ",") +
@@ -273,7 +265,7 @@ std::string wraps_text(const model::Ligaments& ligaments, const std::vector<std:
     const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
     text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted_text(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
-            object_name(wrap.body, followers) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
+            model::object_name(wrap.body, followers) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +
             "], \"translation\": [" + core::numbers_text(wrap.X_body_wrap.translation(), ",") + "],\n   ";
     if (is_cylinder) {

@@ -248,10 +248,8 @@ void JointSolver::add_follower(std::size_t k, const StepRecord& record, model::B
   }
   std::vector<double>* columns[] = {&results.flexion_deg, &results.rotation_deg, &results.tilt_deg,
                                     &results.anterior_mm, &results.proximal_mm,  &results.lateral_mm};
-  for (std::size_t c = 0; c < n_joint_coordinates; ++c) {
-    const double value = q(static_cast<Eigen::Index>(c));
-    columns[c]->push_back(is_rotation(c) ? deg_from_rad(value) : value);
-  }
+  const auto numbers = in_files(q);
+  for (std::size_t c = 0; c < n_joint_coordinates; ++c) columns[c]->push_back(numbers[c]);
   for (Eigen::Index i = 0; i < 4; ++i)
     for (Eigen::Index j = 0; j < 4; ++j) results.X_of_follower.push_back(X(i, j));
   results.energy_nmm.push_back(is_stable ? record.balance.energy_nmm : nan);

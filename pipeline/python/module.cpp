@@ -202,11 +202,6 @@ std::vector<double> values_of(const std::optional<Numbers>& array)
 
 // --- jobs ---
 
-job::LoadOptions load_options(const std::string& data, const std::vector<std::string>& overrides)
-{
-  return {data, overrides};
-}
-
 py::dict job_facts(const std::string& file, const std::vector<std::string>& overrides)
 {
   const job::Job job = job::read_job(file, overrides);
@@ -217,7 +212,7 @@ py::dict job_facts(const std::string& file, const std::vector<std::string>& over
 py::object check(const std::string& file, const std::string& data, const std::vector<std::string>& overrides,
                  const std::string& picture)
 {
-  const app::CheckOptions options{file, data, overrides, picture, true};
+  const app::CheckOptions options{{{data, overrides}, file}, picture, true};
   return python_of(run_interruptibly([&] { return app::check_json(options); }));
 }
 
@@ -225,9 +220,7 @@ std::string run(const std::string& file, const std::string& data, const std::vec
                 const std::string& output, int threads, bool fresh, bool replace, const py::object& progress)
 {
   run::RunOptions options;
-  options.job_file = file;
-  options.data_directory = data;
-  options.overrides = overrides;
+  static_cast<job::JobSource&>(options) = {{data, overrides}, file};
   options.output = output;
   options.n_threads = threads;
   options.is_fresh = fresh;
@@ -253,8 +246,9 @@ std::string run(const std::string& file, const std::string& data, const std::vec
 std::unique_ptr<JointSolver> make_joint(const std::string& file, const std::string& data,
                                         const std::vector<std::string>& overrides)
 {
-  const job::LoadOptions options = load_options(data, overrides);
-  return run_interruptibly([&] { return std::make_unique<JointSolver>(file, options); });
+  return run_interruptibly([&] {
+    return std::make_unique<JointSolver>(file, job::LoadOptions{data, overrides});
+  });
 }
 
 RowResults solve_rows(JointSolver& joint, const Numbers& flexion, const std::optional<Numbers>& varus,

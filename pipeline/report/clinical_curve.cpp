@@ -28,6 +28,12 @@ Side side_of(const store::MotionModel& model)
   return side_named(model.side);
 }
 
+// The mirror image of a left joint: clinical numbers are those of a right one.
+Eigen::Vector3d right_sided(const Eigen::Vector3d& p_mm, Side side)
+{
+  return {p_mm.x(), p_mm.y(), side == Side::left ? -p_mm.z() : p_mm.z()};
+}
+
 ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
 {
   ClinicalCurve curve;
@@ -37,124 +43,63 @@ ClinicalCurve empty_curve(const store::MotionModel& model, std::string name)
   return curve;
 }
 
-/// A model, and the moving point whose translations a curve has.
-struct TrackedModel {
-  const store::MotionModel& model;
-  Eigen::Vector3d point_mm;
-
-  ContinuousCoordinates start() const { return {side_of(model), point_mm}; }
-};
-
 /// `along` is that of the rows before.
 void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving,
              const store::MotionModel& model, ContinuousCoordinates& along)
 {
-  const ClinicalCoordinates c = along.next(X_reference_moving);
-  const Eigen::Vector3d origin_mm = X_reference_moving.translation();
-  if (store::has_turned_axes(model)) curve.flexion_deg[row] = deg_from_rad(c.flexion_rad);
-  curve.values_of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
-  curve.values_of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
-  curve.values_of(Quantity::anterior)[row] = c.anterior_mm;
-  curve.values_of(Quantity::proximal)[row] = c.proximal_mm;
-  curve.values_of(Quantity::lateral)[row] = c.lateral_mm;
-  curve.values_of(Quantity::origin_anterior)[row] = origin_mm.x();
-  curve.values_of(Quantity::origin_proximal)[row] = origin_mm.y();
-  curve.values_of(Quantity::origin_lateral)[row] =
-      side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
+  const auto [flexion_deg, varus_deg, internal_deg, anterior_mm, proximal_mm, lateral_mm] =
+      std::array<double, n_joint_coordinates>(in_files(along.next(X_reference_moving)));
+  const Eigen::Vector3d origin_mm = right_sided(X_reference_moving.translation(), side_of(model));
+  if (store::has_turned_axes(model)) curve.flexion_deg[row] = flexion_deg;
+  const double numbers[n_quantities] = {internal_deg, varus_deg,     anterior_mm,   proximal_mm,
+                                        lateral_mm,   origin_mm.x(), origin_mm.y(), origin_mm.z()};
+  for (std::size_t k = 0; k < n_quantities; ++k) curve.values[k][row] = numbers[k];
 }
 
-// The varus at which a smoothed set is evaluated: that of the flexion-only motion, so that curves differ only
-// by smoothing.
-double varus_rad(const store::MotionModel& model, const store::Motion& motion, std::size_t row)
+// Smoothed sets are evaluated at the varus of the flexion-only motion, so that curves differ only by
+// smoothing.
+ClinicalCurve curve_of(const store::MotionModel& model, const std::string& set,
+                       const Eigen::Vector3d& point_mm)
 {
-  if (model.zero_varus && std::isfinite(model.zero_varus->varus_deg[row]))
-    return rad_from_deg(model.zero_varus->varus_deg[row]);
-  return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
-}
-
-/// The curve of the poses of `pose_of(row)`; empty without a pose.
-template <typename PoseOf>
-ClinicalCurve curve_of(const TrackedModel& tracked, const std::string& name, const PoseOf& pose_of)
-{
-  ClinicalCurve curve = empty_curve(tracked.model, name);
-  ContinuousCoordinates along = tracked.start();
-  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    if (const std::optional<Pose> X = pose_of(i)) set_row(curve, i, *X, tracked.model, along);
+  ClinicalCurve curve = empty_curve(model, set);
+  const std::optional<store::ZeroVarus>& zero = model.zero_varus;
+  std::vector<std::optional<Pose>> poses(curve.flexion_deg.size());
+  if (set != "zero_varus")
+    poses = store::poses_over_flexion(model, set, curve.flexion_deg,
+                                      zero ? zero->varus_deg : std::vector<double>{});
+  ContinuousCoordinates along(side_of(model), point_mm);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (set == "zero_varus" && zero->source[i] != store::code_of(store::ZeroVarusSource::none))
+      poses[i] = store::pose_in(zero->X_reference_moving, i);
+    if (poses[i]) set_row(curve, i, *poses[i], model, along);
   }
   return curve;
 }
 
-ClinicalCurve raw_curve(const TrackedModel& tracked)
-{
-  const std::vector<Eigen::Index> spine = store::solved_spine(tracked.model);
-  return curve_of(tracked, "raw", [&](std::size_t i) -> std::optional<Pose> {
-    if (spine[i] < 0) return std::nullopt;
-    return store::pose_in(tracked.model.X_reference_moving, static_cast<std::size_t>(spine[i]));
-  });
-}
-
-ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
-{
-  const store::ZeroVarus& zero = *tracked.model.zero_varus;
-  return curve_of(tracked, "zero_varus", [&](std::size_t i) -> std::optional<Pose> {
-    if (zero.source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) return std::nullopt;
-    return store::pose_in(zero.X_reference_moving, i);
-  });
-}
-
-ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
-{
-  const store::MotionModel& model = tracked.model;
-  const store::Motion motion(model, set);
-  const std::vector<double> flexion_deg = empty_curve(model, set).flexion_deg;
-  return curve_of(tracked, set, [&](std::size_t i) -> std::optional<Pose> {
-    const store::JointPose pose = motion.at({rad_from_deg(flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status != store::PoseStatus::solved) return std::nullopt;
-    return pose.X_reference_moving;
-  });
-}
-
 /// The finite points of a curve by ascending flexion.
-std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Quantity quantity)
+store::FlexionCurve points_of(const ClinicalCurve& curve, Quantity quantity)
 {
-  std::vector<std::pair<double, double>> points;
   const std::vector<double>& values = curve.values_of(quantity);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (std::isfinite(values[k]) && std::isfinite(curve.flexion_deg[k]))
-      points.emplace_back(curve.flexion_deg[k], values[k]);
-  }
-  std::stable_sort(points.begin(), points.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (std::isfinite(values[k]) && std::isfinite(curve.flexion_deg[k])) order.push_back(k);
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return curve.flexion_deg[k]; });
+  store::FlexionCurve points;
+  for (const std::size_t k : order) points.add(curve.flexion_deg[k], values[k]);
   return points;
-}
-
-// Linear between the points; NaN outside.
-double value_at(const std::vector<std::pair<double, double>>& points, double flexion_deg)
-{
-  if (points.empty() || flexion_deg < points.front().first - same_flexion_deg ||
-      flexion_deg > points.back().first + same_flexion_deg)
-    return nan;
-  const auto after = std::lower_bound(points.begin(), points.end(), flexion_deg,
-                                      [](const auto& point, double x) { return point.first < x; });
-  if (after == points.begin()) return points.front().second;
-  if (after == points.end()) return points.back().second;
-  const auto before = std::prev(after);
-  const double fraction = (flexion_deg - before->first) / (after->first - before->first);
-  return before->second + fraction * (after->second - before->second);
 }
 
 }  // namespace
 
 std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, const Eigen::Vector3d& point_mm)
 {
-  const TrackedModel tracked{model, point_mm};
+  std::vector<std::string> sets = store::set_names(model);
+  std::erase_if(sets, [](const std::string& set) { return set == "raw" || set == "zero_varus"; });
+  if (model.zero_varus) sets.insert(sets.begin(), "zero_varus");
+  if (model.prior) sets.emplace_back(store::bones_alone_name);
+  sets.emplace_back("raw");
   std::vector<ClinicalCurve> curves;
-  if (model.zero_varus) curves.push_back(zero_varus_curve(tracked));
-  for (const std::string& set : store::set_names(model)) {
-    if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(tracked, set));
-  }
-  if (model.prior) curves.push_back(curve_of_set(tracked, store::bones_alone_name));
-  curves.push_back(raw_curve(tracked));
+  for (const std::string& set : sets) curves.push_back(curve_of(model, set, point_mm));
   return curves;
 }
 
@@ -172,10 +117,11 @@ Eigen::Vector3d comparison_point_mm(const store::MotionModel& first, const store
 
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity)
 {
-  const auto points = points_of(curve, quantity);
+  const store::FlexionCurve points = points_of(curve, quantity), others = points_of(other, quantity);
   std::vector<double> found, measured;
-  for (const auto& [flexion_deg, value] : points_of(other, quantity)) {
-    const double here = value_at(points, flexion_deg);
+  for (std::size_t k = 0; k < others.value.size(); ++k) {
+    const double value = others.value[k];
+    const double here = store::value_at(points, others.flexion_deg[k], same_flexion_deg);
     if (!std::isfinite(here)) continue;
     found.push_back(quantity == Quantity::internal ? nearest_turn(here, value, 360.0) : here);
     measured.push_back(value);
@@ -277,12 +223,6 @@ constexpr Quantity mesh_origin[] = {Quantity::origin_anterior, Quantity::origin_
 std::ptrdiff_t n_known(const ClinicalCurve& curve, std::span<const Quantity> quantities)
 {
   return std::ranges::count_if(quantities, [&](Quantity q) { return !curve.values_of(q).empty(); });
-}
-
-// The mirror image of a left joint: clinical numbers are those of a right one.
-Eigen::Vector3d right_sided(const Eigen::Vector3d& p_mm, Side side)
-{
-  return {p_mm.x(), p_mm.y(), side == Side::left ? -p_mm.z() : p_mm.z()};
 }
 
 }  // namespace

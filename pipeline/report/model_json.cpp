@@ -535,19 +535,6 @@ Mesh whole_mesh(const Body& body)
   return mesh;
 }
 
-/// Force along Delta of one cell by compartment: none, medial, lateral.
-std::array<double, 3> forces_of_cell(const store::ForceRows& forces, Eigen::Index cell)
-{
-  if (cell < 0) return {nan, nan, nan};
-  std::array<double, 3> sums{};
-  const auto c = static_cast<std::size_t>(cell);
-  for (std::int64_t k = forces.row_start[c]; k < forces.row_start[c + 1]; ++k) {
-    const auto row = static_cast<std::size_t>(k);
-    sums[static_cast<std::size_t>(forces.compartment[row])] += forces.along_delta_n[row];
-  }
-  return sums;
-}
-
 /// The fibres of one bundle.
 struct Bundle {
   std::string name;
@@ -639,8 +626,9 @@ Json forces_json(const store::MotionModel& model)
   if (!model.equilibrium) return nullptr;
   std::array<std::vector<double>, 3> sums;
   for (const Eigen::Index cell : store::solved_spine(model)) {
-    const std::array<double, 3> of_cell = forces_of_cell(model.equilibrium->forces, cell);
-    for (std::size_t k = 0; k < 3; ++k) sums[k].push_back(of_cell[k]);
+    const auto of_cell = store::forces_in(model.equilibrium->forces,
+                                          static_cast<std::size_t>(std::max<Eigen::Index>(cell, 0)));
+    for (std::size_t k = 0; k < 3; ++k) sums[k].push_back(cell < 0 ? nan : of_cell.of_n[k]);
   }
   return {{"none_n", sums[static_cast<std::size_t>(Compartment::none)]},
           {"medial_n", sums[static_cast<std::size_t>(Compartment::medial)]},
@@ -693,10 +681,10 @@ double internal_in_band_deg(const store::MotionModel& model, const store::Clinic
                             std::size_t flexion, Eigen::Index cell, double theta_deg)
 {
   if (cell < 0) return nan;
-  const double internal_deg = clinical.internal_rotation_deg.data()[cell];
+  const double internal_deg = clinical[JointCoordinate::internal].data()[cell];
   const store::FreeSpine& spine = model.equilibrium->spine;
   if (!store::has_turned_axes(model)) return theta_deg + (internal_deg - spine.theta_deg[flexion]);
-  const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+  const SolverFrame frame{side_named(model.side), model.rotation_centre_mm,
                           model.push.delta.row(static_cast<Eigen::Index>(flexion)).transpose()};
   const Attitude attitude{rad_from_deg(model.flexion_deg[flexion]), rad_from_deg(spine.varus_deg[flexion])};
   const auto internal_at_deg = [&](double at_deg) {
@@ -734,22 +722,14 @@ struct FrameLengths {
 Json motion_json(const store::MotionModel& model, const std::vector<double>& poses,
                  const FrameLengths& lengths)
 {
-  const Side side = model.side == "left" ? Side::left : Side::right;
+  const Side side = side_named(model.side);
   ContinuousCoordinates along(side, model.rotation_centre_mm);
-  std::vector<double> flexion, varus, internal, anterior, proximal, lateral;
+  Json json = {{"gap", lengths.gap_mm}, {"penetration", lengths.penetration_mm}};
   for (std::size_t k = 0; k < model.flexion_deg.size(); ++k) {
-    const ClinicalCoordinates c = along.next(store::pose_in(poses, k));
-    flexion.push_back(deg_from_rad(c.flexion_rad));
-    varus.push_back(deg_from_rad(c.varus_rad));
-    internal.push_back(deg_from_rad(c.internal_rotation_rad));
-    anterior.push_back(c.anterior_mm);
-    proximal.push_back(c.proximal_mm);
-    lateral.push_back(c.lateral_mm);
+    const auto numbers = in_files(along.next(store::pose_in(poses, k)));
+    for (std::size_t c = 0; c < numbers.size(); ++c) json[joint_coordinate_names[c]].push_back(numbers[c]);
   }
-  return {{"gap", lengths.gap_mm}, {"penetration", lengths.penetration_mm},
-          {"flexion", flexion},    {"varus", varus},
-          {"internal", internal},  {"anterior", anterior},
-          {"proximal", proximal},  {"lateral", lateral}};
+  return json;
 }
 
 Json repair_json(const store::MotionModel& model)

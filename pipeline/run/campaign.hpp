@@ -8,6 +8,7 @@
 
 #include "core/fields.hpp"
 #include "core/text.hpp"
+#include "job/case.hpp"
 #include "solve/sweep.hpp"
 
 namespace vrda::run {
@@ -19,6 +20,7 @@ struct CaseSpec {
   std::vector<std::string> overrides;  ///< "key.path=value", in order
 
   bool operator==(const CaseSpec&) const = default;
+  job::JobSource source() const { return {{data_directory, overrides}, job_file}; }
 };
 
 constexpr auto fields_of(const CaseSpec*)

@@ -255,18 +255,20 @@ std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const O
 
 std::vector<double> internal_rotation(const Subject& s)
 {
-  return unwrapped(
-      along_curve(
-          s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
-          [&](Eigen::Index c) { return s.model.clinical.internal_rotation_deg.data()[c]; }),
-      360.0);
+  return unwrapped(along_curve(
+                       s,
+                       [](const store::ZeroVarus& zero, std::size_t i) {
+                         return zero.clinical[JointCoordinate::internal][i];
+                       },
+                       [&](Eigen::Index c) { return s.model.clinical[JointCoordinate::internal].data()[c]; }),
+                   360.0);
 }
 
 std::vector<double> balanced_varus(const Subject& s)
 {
   return along_curve(
-      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.clinical_varus_deg[i]; },
-      [&](Eigen::Index c) { return s.model.clinical.varus_deg.data()[c]; });
+      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.clinical[JointCoordinate::varus][i]; },
+      [&](Eigen::Index c) { return s.model.clinical[JointCoordinate::varus].data()[c]; });
 }
 
 // Anterior coordinate of a compartment's centre of contact on the moving object.
@@ -336,19 +338,11 @@ double audit_value(const store::MotionModel& model, const std::string& name,
 double medial_share(const Subject& s)
 {
   if (!s.model.equilibrium || !s.model.has_compartments) return nan;
-  const store::ForceRows& forces = s.model.equilibrium->forces;
   std::vector<double> shares;
   for (const Eigen::Index cell : s.spine) {
     if (cell < 0) continue;
-    double medial_n = 0.0, all_n = 0.0;
-    const auto c = static_cast<std::size_t>(cell);
-    for (std::int64_t k = forces.row_start[c]; k < forces.row_start[c + 1]; ++k) {
-      const auto row = static_cast<std::size_t>(k);
-      all_n += forces.along_delta_n[row];
-      if (forces.compartment[row] == static_cast<std::int8_t>(Compartment::medial))
-        medial_n += forces.along_delta_n[row];
-    }
-    shares.push_back(all_n > 0.0 ? medial_n / all_n : nan);
+    const auto forces = store::forces_in(s.model.equilibrium->forces, static_cast<std::size_t>(cell));
+    shares.push_back(forces.all_n > 0.0 ? forces.of_n[1] / forces.all_n : nan);
   }
   return mean_of(shares);
 }

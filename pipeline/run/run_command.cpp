@@ -101,8 +101,7 @@ std::optional<StepLog> opened_log(const RunOptions& options, const std::string& 
 
 core::ExitCode whole_run(const RunOptions& options)
 {
-  const job::Case job_case =
-      load_and_report_case(options.job_file, {options.data_directory, options.overrides});
+  const job::Case job_case = load_and_report_case(options.job_file, options);
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_path_of(options.output, options.job_file);
   make_parent_folder(output);
@@ -174,8 +173,7 @@ std::string case_file_for(const std::string& output, const std::vector<std::stri
 
 job::Case case_to_merge(const MergeOptions& options, const std::vector<std::string>& journals)
 {
-  if (!options.job_file.empty())
-    return load_and_report_case(options.job_file, {options.data_directory, options.overrides});
+  if (!options.job_file.empty()) return load_and_report_case(options.job_file, options);
   const std::string case_file = case_file_for(options.output, journals);
   const run::CaseSpec spec = run::read_case_file(case_file).spec;
   try {

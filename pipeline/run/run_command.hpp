@@ -16,11 +16,8 @@
 
 namespace vrda::run {
 
-struct RunOptions {
-  std::string job_file;
-  std::string output;  ///< empty: results/NAME/NAME.h5
-  std::string data_directory;
-  std::vector<std::string> overrides;
+struct RunOptions : job::JobSource {
+  std::string output;         ///< empty: results/NAME/NAME.h5
   int n_threads = 0;          ///< 0: one per processor
   bool is_fresh = false;      ///< discards an existing journal; solves a finished job again
   bool may_replace = false;   ///< replaces the result of another job
@@ -43,12 +40,10 @@ core::ExitCode run_command(const RunOptions& options);
 
 // `vrda merge`: journals of shards -> motion model.
 
-struct MergeOptions {
+/// Without a job file it is that of the case file next to the journals.
+struct MergeOptions : job::JobSource {
   std::vector<std::string> journals;  ///< empty: those of the spine and all shards next to the output
   std::string output;
-  std::string job_file;  ///< empty: from the case file next to the journals, like the next two
-  std::string data_directory;
-  std::vector<std::string> overrides;
   int n_threads = 0;  ///< for smoothing; 0: one per processor
   bool keeps_journals = false;
   bool may_replace = false;   ///< replaces the result of another job

@@ -123,7 +123,7 @@ ShardedRun prepared(const RunOptions& options)
   if (options.writes_trace) {
     throw InputError({"--trace", "", "a part of a run", "a complete run, without --spine and --shard"});
   }
-  ShardedRun run{load_and_report_case(options.job_file, {options.data_directory, options.overrides}),
+  ShardedRun run{load_and_report_case(options.job_file, options),
                  output_path_of(options.output, options.job_file), ""};
   make_parent_folder(run.output);
   existing_result(run.job_case, run.output, options.may_replace);  // throws for that of another job

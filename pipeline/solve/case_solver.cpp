@@ -656,13 +656,8 @@ class FollowerAssembly {
   {
     const Pose X = follower_pose_of(frame_, r);
     placed.push_back(placed.at(model::row_of(follower_.of)) * X);
-    const JointCoordinates q = follower_coordinates(X, case_.frame.side, follower_.centre_mm);
-    store::GridD* grids[] = {&rows_.flexion_deg, &rows_.rotation_deg, &rows_.tilt_deg,
-                             &rows_.anterior_mm, &rows_.proximal_mm,  &rows_.lateral_mm};
-    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      const double value = q(static_cast<Eigen::Index>(k));
-      grids[k]->data()[cell] = is_rotation(k) ? deg_from_rad(value) : value;
-    }
+    const auto q = in_files(follower_coordinates(X, case_.frame.side, follower_.centre_mm));
+    for (std::size_t k = 0; k < q.size(); ++k) rows_.coordinates[k].data()[cell] = q[k];
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j)
         rows_.X_of_follower[16 * cell + 4 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] =

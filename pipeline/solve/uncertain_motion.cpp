@@ -109,10 +109,9 @@ class UncertainAssembly {
     if (r.status != StepStatus::stable) return;
     ++of.n_solved[flexion];
     const job::Follower& follower = case_.followers[row];
-    const JointCoordinates q = follower_coordinates(follower_pose_of(follower_frame(case_, follower), r),
-                                                    case_.frame.side, follower.centre_mm);
-    set(of.rotation_deg, at, deg_from_rad(q(0)), deg_from_rad(q(1)), deg_from_rad(q(2)));
-    set(of.translation_mm, at, q(3), q(4), q(5));
+    set(of, at,
+        in_files(follower_coordinates(follower_pose_of(follower_frame(case_, follower), r), case_.frame.side,
+                                      follower.centre_mm)));
   }
 
   void add_sample(const StepRecord& r)
@@ -132,11 +131,9 @@ class UncertainAssembly {
     const Attitude attitude{
         r.coordinates ? r.coordinates->flexion_rad : rad_from_deg(case_.grid.flexion_deg[flexion]),
         r.varus_rad};
-    const ClinicalCoordinates clinical = clinical_coordinates(X_reference_moving(frame, attitude, r.pose),
-                                                              frame.side, case_.frame.rotation_centre_mm);
-    set(motion_.rotation_deg, at, deg_from_rad(clinical.flexion_rad), deg_from_rad(clinical.varus_rad),
-        deg_from_rad(clinical.internal_rotation_rad));
-    set(motion_.translation_mm, at, clinical.anterior_mm, clinical.proximal_mm, clinical.lateral_mm);
+    set(motion_, at,
+        in_files(clinical_coordinates(X_reference_moving(frame, attitude, r.pose), frame.side,
+                                      case_.frame.rotation_centre_mm)));
     add_forces(r, at);
     add_world(r, at, attitude, frame);
     if (n_fibres_ == 0) return;
@@ -144,11 +141,10 @@ class UncertainAssembly {
     for (std::size_t k = 0; k < n_fibres_; ++k) tension_n_[at * n_fibres_ + k] = states[k].force_n;
   }
 
-  static void set(std::vector<double>& rows, std::size_t at, double a, double b, double c)
+  static void set(store::UncertainPose& of, std::size_t at, const OfCoordinates<double>& numbers)
   {
-    rows[3 * at] = a;
-    rows[3 * at + 1] = b;
-    rows[3 * at + 2] = c;
+    for (std::size_t k = 0; k < numbers.size(); ++k)
+      (is_rotation(k) ? of.rotation_deg : of.translation_mm)[3 * at + k % 3] = numbers[k];
   }
 
   void add_forces(const StepRecord& r, std::size_t at)
@@ -161,8 +157,8 @@ class UncertainAssembly {
       if (f.compartment > 0) sum_n[static_cast<std::size_t>(f.compartment)] += force_n;
     }
     const bool has_compartments = !case_.compartment_of_triangle.empty();
-    set(motion_.contact_force_n, at, sum_n[0].norm(), has_compartments ? sum_n[1].norm() : nan,
-        has_compartments ? sum_n[2].norm() : nan);
+    for (std::size_t k = 0; k < sum_n.size(); ++k)
+      motion_.contact_force_n[3 * at + k] = k == 0 || has_compartments ? sum_n[k].norm() : nan;
   }
 
   // In the frame of the job, whose rotation centre may differ from that of the sample's `frame`.

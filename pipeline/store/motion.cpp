@@ -698,8 +698,8 @@ void Motion::use_followers(const store::MotionModel& model)
       HermiteNode<6>& node = track.coordinates.nodes[cell];
       node.is_solved = true;
       for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-        const double value = rows->coordinates()[k]->data()[cell];
-        node.value[k] = is_rotation(k) ? rad_from_deg(value) : value;
+        const double value = rows->coordinates[k].data()[cell];
+        node.value[k] = from_file(value, k);
       }
     }
     set_slopes(track.coordinates);

@@ -278,10 +278,9 @@ struct ZeroVarus : PoseRows {
   /// [n_flexion] 1 if the band from varus_first to varus_last reaches the border of the grid, which cuts it
   /// off: the mean is then not that of the whole band.
   std::vector<std::int8_t> is_cut_off;
-  std::vector<double> X_reference_moving;  ///< [n_flexion, 4, 4] row-major
-  std::vector<double> clinical_flexion_deg, clinical_varus_deg, internal_rotation_deg;  ///< [n_flexion]
-  std::vector<double> anterior_mm, proximal_mm, lateral_mm;                             ///< [n_flexion]
-  ContactPaths centres;  ///< [n_flexion, 3] of contact; only with compartments
+  std::vector<double> X_reference_moving;       ///< [n_flexion, 4, 4] row-major
+  OfCoordinates<std::vector<double>> clinical;  ///< [n_flexion]
+  ContactPaths centres;                         ///< [n_flexion, 3] of contact; only with compartments
   /// [n_flexion - 1] Finite helical axis of the moving body between flexion k and k + 1, in canonical axes of
   /// the reference body. NaN where an end has no pose or the rotation is too small for an axis.
   std::vector<double> helical_rotation_deg, helical_translation_mm;
@@ -353,10 +352,7 @@ struct UncertainMotion : UncertainPose, PoseRows {
 // Units here are those of the file: mm and degrees.
 
 /// Grood-Suntay numbers over the grid (model/coordinates.hpp).
-struct ClinicalSurfaces {
-  GridD flexion_deg, varus_deg, internal_rotation_deg;
-  GridD anterior_mm, proximal_mm, lateral_mm;
-};
+using ClinicalSurfaces = OfCoordinates<GridD>;
 
 /// Contacts of all cells in compressed rows: cell c = i * n_varus + j has rows
 /// [row_start[c], row_start[c + 1]).
@@ -498,17 +494,12 @@ struct FollowerRows : OfFollower {
   GridB status;                                         ///< StepStatus
   GridB plausibility;                                   ///< Plausibility; empty in files before 1.14
   /// follower_coordinates() of model/coordinates.hpp; NaN where not stable, as all below.
-  GridD flexion_deg, rotation_deg, tilt_deg, anterior_mm, proximal_mm, lateral_mm;
+  OfCoordinates<GridD> coordinates;
   std::vector<double> X_of_follower;  ///< [n_cells, 4, 4] stored vertices to those of the body `of`
   GridI iterations, queries;
   GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
   ForceRows forces;  ///< points and normals in canonical axes of the body `of`
   std::optional<LigamentRows> ligaments;
-
-  std::array<const GridD*, n_joint_coordinates> coordinates() const
-  {
-    return {&flexion_deg, &rotation_deg, &tilt_deg, &anterior_mm, &proximal_mm, &lateral_mm};
-  }
 };
 
 /// The key of each frame of a model that is a sequence of frames: time, percentage of gait, number.

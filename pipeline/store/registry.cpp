@@ -147,6 +147,15 @@ void visit_repair(RepairedFrames& repair, RegistryVisitor& visit)
 
 namespace {
 
+/// Grood-Suntay numbers: the grids of a model or the rows of the zero-varus motion.
+template <typename Values>
+void visit_clinical_numbers(OfCoordinates<Values>& values, const std::string& group, const std::vector<std::string>& dimensions, const ValueRule& rule, RegistryVisitor& visit)
+{
+  constexpr const char* rows[n_joint_coordinates][2] = {{"flexion_angle", "Grood-Suntay flexion"}, {"varus_angle", "Grood-Suntay varus, adduction positive"}, {"internal_rotation", "Grood-Suntay internal rotation"}, {"anterior", "translation of the rotation centre along the floating axis, anterior positive"}, {"proximal", "translation of the rotation centre along the moving body's long axis, proximal positive"}, {"lateral", "translation of the rotation centre along the flexion axis, lateral positive"}};
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    visit({group + '/' + rows[k][0], dimensions, is_rotation(k) ? unit::degree : unit::mm, rule, rows[k][1]}, values[k]);
+}
+
 void visit_zero_varus_poses(ZeroVarus& motion, RegistryVisitor& visit)
 {
   using When = ValueCondition::When;
@@ -163,12 +172,7 @@ void visit_zero_varus_poses(ZeroVarus& motion, RegistryVisitor& visit)
   visit({group + "/is_cut_off", flexion, unit::none, codes(FlagSet::yes_no), "whether the varus range of the grid cuts off the band with both compartments in contact"}, motion.is_cut_off);
   visit_poses(motion, group, flexion, number(posed), visit);
   visit({group + "/X_reference_moving", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid, posed), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, motion.X_reference_moving);
-  visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"}, motion.clinical_flexion_deg);
-  visit({group + "/varus_angle", flexion, unit::degree, number(posed), "Grood-Suntay varus, adduction positive"}, motion.clinical_varus_deg);
-  visit({group + "/internal_rotation", flexion, unit::degree, number(posed), "Grood-Suntay internal rotation"}, motion.internal_rotation_deg);
-  visit({group + "/anterior", flexion, unit::mm, number(posed), "translation of the rotation centre along the floating axis, anterior positive"}, motion.anterior_mm);
-  visit({group + "/proximal", flexion, unit::mm, number(posed), "translation of the rotation centre along the moving body's long axis, proximal positive"}, motion.proximal_mm);
-  visit({group + "/lateral", flexion, unit::mm, number(posed), "translation of the rotation centre along the flexion axis, lateral positive"}, motion.lateral_mm);
+  visit_clinical_numbers(motion.clinical, group, flexion, number(posed), visit);
 }
 
 }  // namespace
@@ -579,16 +583,10 @@ void visit_root(MotionModel& model, RegistryVisitor& visit)
 
 void visit_clinical(MotionModel& model, RegistryVisitor& visit)
 {
-  auto& clinical = model.clinical;
   const std::vector<std::string> grid{"/flexion", "/varus"};
   const ValueCondition stable = where_stable(model.status);
   visit.group("/clinical");
-  visit({"/clinical/flexion_angle", grid, unit::degree, number(stable), "Grood-Suntay flexion"}, clinical.flexion_deg);
-  visit({"/clinical/varus_angle", grid, unit::degree, number(stable), "Grood-Suntay varus, adduction positive"}, clinical.varus_deg);
-  visit({"/clinical/internal_rotation", grid, unit::degree, number(stable), "Grood-Suntay internal rotation"}, clinical.internal_rotation_deg);
-  visit({"/clinical/anterior", grid, unit::mm, number(stable), "translation of the rotation centre along the floating axis, anterior positive"}, clinical.anterior_mm);
-  visit({"/clinical/proximal", grid, unit::mm, number(stable), "translation of the rotation centre along the moving body's long axis, proximal positive"}, clinical.proximal_mm);
-  visit({"/clinical/lateral", grid, unit::mm, number(stable), "translation of the rotation centre along the flexion axis, lateral positive"}, clinical.lateral_mm);
+  visit_clinical_numbers(model.clinical, "/clinical", grid, number(stable), visit);
 }
 
 void visit_contacts(MotionModel& model, RegistryVisitor& visit)
@@ -689,12 +687,9 @@ void visit_follower(FollowerRows& follower, const MotionModel& model, RegistryVi
   visit({group + "/status", grid, unit::none, codes(FlagSet::status), "how the step of the follower ended; that of the joint where the joint has no pose"}, follower.status);
   if (visit.has(group + "/plausibility", follower.plausibility.size() > 0))
     visit({group + "/plausibility", grid, unit::none, codes(FlagSet::plausibility), "result of the plausibility check of its stable pose"}, follower.plausibility);
-  visit({group + "/flexion_angle", grid, unit::degree, number(stable), "flexion of the follower"}, follower.flexion_deg);
-  visit({group + "/rotation_angle", grid, unit::degree, number(stable), "rotation about the floating axis, as varus of the joint"}, follower.rotation_deg);
-  visit({group + "/tilt", grid, unit::degree, number(stable), "rotation about the follower's long axis, as internal rotation of the joint"}, follower.tilt_deg);
-  visit({group + "/anterior", grid, unit::mm, number(stable), "anterior displacement of its centre in the body of its coordinates"}, follower.anterior_mm);
-  visit({group + "/proximal", grid, unit::mm, number(stable), "proximal displacement of its centre"}, follower.proximal_mm);
-  visit({group + "/lateral", grid, unit::mm, number(stable), "lateral displacement of its centre"}, follower.lateral_mm);
+  const char* meanings[] = {"flexion of the follower", "rotation about the floating axis, as varus of the joint", "rotation about the follower's long axis, as internal rotation of the joint", "anterior displacement of its centre in the body of its coordinates", "proximal displacement of its centre", "lateral displacement of its centre"};
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    visit({group + "/" + follower_surface_names[k], grid, is_rotation(k) ? unit::degree : unit::mm, number(stable), meanings[k]}, follower.coordinates[k]);
   visit({group + "/X_of_follower", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored vertices of the follower to those of the body of its coordinates; the rotation in columns 0 to 2 has no unit"}, follower.X_of_follower);
   visit({group + "/iterations", grid, unit::one, count(), "iterations of the step"}, follower.iterations);
   visit({group + "/queries", grid, unit::one, count(), "gap queries of the step"}, follower.queries);

@@ -7,12 +7,12 @@
 #include <span>
 #include <sstream>
 
-#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/mesh.hpp"
 #include "store/h5_file.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::store {
 namespace {
@@ -48,13 +48,8 @@ void set_pose(MotionModel& model, const StepRecord& r)
       model.X_reference_moving[first + static_cast<std::size_t>(4 * row + column)] = X.matrix()(row, column);
     }
   }
-  const ClinicalCoordinates clinical = clinical_coordinates(X, frame.side, frame.rotation_centre_mm);
-  model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
-  model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
-  model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
-  model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
-  model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
-  model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
+  const auto numbers = in_files(clinical_coordinates(X, frame.side, frame.rotation_centre_mm));
+  for (std::size_t k = 0; k < numbers.size(); ++k) model.clinical[k](i, j) = numbers[k];
 }
 
 /// Replaces a number only where it differs by more than rounding, so that the others keep their bits.
@@ -67,11 +62,9 @@ void replace(double& number, double by)
 void set_next(ClinicalSurfaces& surfaces, const MotionModel& model, Eigen::Index cell,
               ContinuousCoordinates& along)
 {
-  const ClinicalCoordinates c = along.next(pose_in(model.X_reference_moving, static_cast<std::size_t>(cell)));
-  replace(surfaces.flexion_deg.data()[cell], deg_from_rad(c.flexion_rad));
-  replace(surfaces.varus_deg.data()[cell], deg_from_rad(c.varus_rad));
-  replace(surfaces.internal_rotation_deg.data()[cell], deg_from_rad(c.internal_rotation_rad));
-  replace(surfaces.anterior_mm.data()[cell], c.anterior_mm);
+  const auto numbers =
+      in_files(along.next(pose_in(model.X_reference_moving, static_cast<std::size_t>(cell))));
+  for (std::size_t k = 0; k < 4; ++k) replace(surfaces[k].data()[cell], numbers[k]);  // others are unique
 }
 
 /// The stable cell of a row from which the others follow: that of the spine, else the first; -1 without any.
@@ -98,6 +91,28 @@ std::vector<Eigen::Index> solved_spine(const MotionModel& model)
     }
   }
   return cells;
+}
+
+std::vector<std::optional<Pose>> poses_over_flexion(const MotionModel& model, const std::string& set,
+                                                    const std::vector<double>& flexion_deg,
+                                                    const std::vector<double>& varus_deg)
+{
+  std::vector<std::optional<Pose>> poses(flexion_deg.size());
+  if (set == "raw") {
+    const std::vector<Eigen::Index> spine = solved_spine(model);
+    for (std::size_t i = 0; i < spine.size(); ++i)
+      if (spine[i] >= 0) poses[i] = pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i]));
+    return poses;
+  }
+  const Motion motion(model, set);
+  for (std::size_t i = 0; i < flexion_deg.size(); ++i) {
+    const double flexion_rad = rad_from_deg(flexion_deg[i]);
+    const bool is_given = i < varus_deg.size() && std::isfinite(varus_deg[i]);
+    const JointPose pose = motion.at(
+        {flexion_rad, is_given ? rad_from_deg(varus_deg[i]) : motion.balanced_varus_rad(flexion_rad)});
+    if (pose.status == PoseStatus::solved) poses[i] = pose.X_reference_moving;
+  }
+  return poses;
 }
 
 ClinicalCurves clinical_curves(const MotionModel& model)
@@ -295,14 +310,30 @@ std::string index_csv(const IndexTable& table)
   return out;
 }
 
-namespace {
-
-double value_at(const FlexionCurve& curve, double flexion_deg)
+CellForces forces_in(const ForceRows& forces, std::size_t cell)
 {
-  const auto [row, share] = position_on(curve.flexion_deg, flexion_deg);
-  const double here_deg = curve.value_deg[row];
-  return share == 0.0 ? here_deg : here_deg + share * (curve.value_deg[row + 1] - here_deg);
+  CellForces sum;
+  for (auto k = static_cast<std::size_t>(forces.row_start[cell]);
+       k < static_cast<std::size_t>(forces.row_start[cell + 1]); ++k) {
+    sum.all_n += forces.along_delta_n[k];
+    sum.of_n.at(static_cast<std::size_t>(forces.compartment[k])) += forces.along_delta_n[k];
+  }
+  return sum;
 }
+
+double value_at(const FlexionCurve& curve, double flexion_deg, double rounding_deg)
+{
+  const std::vector<double>& at = curve.flexion_deg;
+  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg - rounding_deg);
+  if (after == at.end()) return nan;
+  const auto i = static_cast<std::size_t>(after - at.begin());
+  if (at[i] - flexion_deg <= rounding_deg) return curve.value[i];
+  if (i == 0) return nan;
+  const double share = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
+  return curve.value[i - 1] + share * (curve.value[i] - curve.value[i - 1]);
+}
+
+namespace {
 
 /// Of a polygon, the largest change within a window has a corner at one end, and at the other a corner or the
 /// width of the window.
@@ -310,7 +341,7 @@ void set_largest_change(CurveFigures& figures, const FlexionCurve& curve)
 {
   const auto& at = curve.flexion_deg;
   const auto compare = [&](double from_deg, double to_deg) {
-    const double change_deg = value_at(curve, to_deg) - value_at(curve, from_deg);
+    const double change_deg = value_at(curve, to_deg, 0.0) - value_at(curve, from_deg, 0.0);
     const bool is_narrower = to_deg - from_deg < figures.change_to_deg - figures.change_from_deg;
     const double least_deg = std::abs(figures.change_deg);  // the comparisons are false for NaN
     if (std::abs(change_deg) < least_deg || (std::abs(change_deg) == least_deg && !is_narrower)) return;
@@ -331,18 +362,15 @@ void set_largest_change(CurveFigures& figures, const FlexionCurve& curve)
 CurveFigures curve_figures(const FlexionCurve& curve)
 {
   FlexionCurve known;
-  for (std::size_t i = 0; i < curve.value_deg.size(); ++i) {
-    if (std::isnan(curve.value_deg[i])) continue;
-    known.flexion_deg.push_back(curve.flexion_deg[i]);
-    known.value_deg.push_back(curve.value_deg[i]);
-  }
+  for (std::size_t i = 0; i < curve.value.size(); ++i)
+    if (!std::isnan(curve.value[i])) known.add(curve.flexion_deg[i], curve.value[i]);
   CurveFigures figures;
-  if (known.value_deg.size() < 2) return figures;
+  if (known.value.size() < 2) return figures;
   figures.first_deg = known.flexion_deg.front();
   figures.last_deg = known.flexion_deg.back();
-  figures.net_deg = known.value_deg.back() - known.value_deg.front();
-  for (std::size_t i = 0; i < known.value_deg.size(); ++i) {
-    const double turned_deg = known.value_deg[i] - known.value_deg.front();
+  figures.net_deg = known.value.back() - known.value.front();
+  for (std::size_t i = 0; i < known.value.size(); ++i) {
+    const double turned_deg = known.value[i] - known.value.front();
     if (std::abs(turned_deg) <= std::abs(figures.peak_deg)) continue;
     figures.peak_deg = turned_deg;
     figures.peak_at_deg = known.flexion_deg[i];
@@ -360,9 +388,9 @@ FlexionCurve spine_rotation(const store::MotionModel& model)
     for (Eigen::Index j = 0; j < model.is_spine.cols(); ++j) {
       if (model.is_spine(i, j) != 1) continue;
       // Past gimbal lock the measured flexion of a frame turns over; its curve does not.
-      curve.flexion_deg.push_back(model.frames ? clinical.surfaces.flexion_deg(i, j)
-                                               : model.flexion_deg[static_cast<std::size_t>(i)]);
-      curve.value_deg.push_back(clinical.surfaces.internal_rotation_deg(i, j));
+      curve.add(model.frames ? clinical.surfaces[JointCoordinate::flexion](i, j)
+                             : model.flexion_deg[static_cast<std::size_t>(i)],
+                clinical.surfaces[JointCoordinate::internal](i, j));
     }
   }
   return curve;

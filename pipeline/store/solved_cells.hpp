@@ -1,6 +1,7 @@
 /// Transfer of solved steps to the cells of a motion model.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -33,6 +34,12 @@ ClinicalCurves clinical_curves(const MotionModel& model);
 
 /// Index of the spine cell of each flexion; -1 if it is missing or not stable.
 std::vector<Eigen::Index> solved_spine(const MotionModel& model);
+
+/// The poses of a set at flexions (degrees): of the raw motion the spine's cells, else at the varus of
+/// `varus_deg` (a row for each flexion; missing or NaN: Motion::balanced_varus_rad).
+std::vector<std::optional<Pose>> poses_over_flexion(const store::MotionModel& model, const std::string& set,
+                                                    const std::vector<double>& flexion_deg,
+                                                    const std::vector<double>& varus_deg = {});
 
 /// The contacts of all cells; `cells` is in grid order.
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells);
@@ -119,10 +126,27 @@ double smallest_of(const Values& values)
   return extreme_of(values, std::less<>());
 }
 
-/// Values at flexions, both in degrees; NaN where there is no pose.
-struct FlexionCurve {
-  std::vector<double> flexion_deg, value_deg;
+/// Contact forces along Delta of a cell, N.
+struct CellForces {
+  double all_n = 0.0;
+  std::array<double, 3> of_n{};  ///< by Compartment
 };
+CellForces forces_in(const ForceRows& forces, std::size_t cell);
+
+/// Values (degrees or mm) at flexions; NaN where there is no pose.
+struct FlexionCurve {
+  std::vector<double> flexion_deg, value;
+
+  void add(double at_deg, double of)
+  {
+    flexion_deg.push_back(at_deg);
+    value.push_back(of);
+  }
+};
+
+/// Linear between neighbours of ascending flexions, which are equal within `rounding_deg`; NaN beyond the
+/// ends and next to a NaN.
+double value_at(const FlexionCurve& curve, double flexion_deg, double rounding_deg);
 
 /// Signed changes in degrees and the flexions where they are; NaN without two values.
 struct CurveFigures {

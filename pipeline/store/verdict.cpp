@@ -119,22 +119,9 @@ constexpr double same_flexion_deg = 1e-6;   // rounding of poses
 /// A share of a smaller peak means nothing.
 constexpr double least_peak_deg = 1.0;
 
-/// Values over ascending flexions, degrees or mm; NaN where there is no pose.
-struct Curve {
-  std::vector<double> flexion_deg, value;
-};
-
-/// Linear between neighbouring poses; NaN beyond the ends and next to a flexion without a pose.
-double value_at(const Curve& curve, double flexion_deg)
+double value_at(const FlexionCurve& curve, double flexion_deg)
 {
-  const auto& at = curve.flexion_deg;
-  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg - same_flexion_deg);
-  if (after == at.end()) return nan;
-  const auto i = static_cast<std::size_t>(after - at.begin());
-  if (at[i] - flexion_deg <= same_flexion_deg) return curve.value[i];
-  if (i == 0) return nan;
-  const double share = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
-  return curve.value[i - 1] + share * (curve.value[i] - curve.value[i - 1]);
+  return value_at(curve, flexion_deg, same_flexion_deg);
 }
 
 struct Facets {
@@ -162,33 +149,13 @@ Facets facets_of(const MotionModel& model, const Pose& X_reference_moving)
   return {anterior_mm(-facet_distance_mm), anterior_mm(0.0), anterior_mm(facet_distance_mm)};
 }
 
-/// The poses of a set at its flexions: of the raw motion the spine's cells.
-std::vector<std::optional<Pose>> poses_of(const MotionModel& model, const std::string& set,
-                                          const std::vector<double>& axis_deg)
-{
-  std::vector<std::optional<Pose>> poses(axis_deg.size());
-  if (set == "raw") {
-    const std::vector<Eigen::Index> spine = solved_spine(model);
-    for (std::size_t i = 0; i < spine.size(); ++i)
-      if (spine[i] >= 0) poses[i] = pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i]));
-    return poses;
-  }
-  const Motion motion(model, set);
-  for (std::size_t i = 0; i < axis_deg.size(); ++i) {
-    const double flexion_rad = rad_from_deg(axis_deg[i]);
-    const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
-    if (pose.status == PoseStatus::solved) poses[i] = pose.X_reference_moving;
-  }
-  return poses;
-}
-
 MotionCurves curves_of(const MotionModel& model, const std::string& set)
 {
   MotionCurves curves;
   curves.flexion_deg = set == "two_sided" ? model.two_sided->flexion_deg : model.flexion_deg;
   const bool is_turned = has_turned_axes(model);
   ContinuousCoordinates along(side_named(model.side), model.rotation_centre_mm);
-  const std::vector<std::optional<Pose>> poses = poses_of(model, set, curves.flexion_deg);
+  const std::vector<std::optional<Pose>> poses = poses_over_flexion(model, set, curves.flexion_deg);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     Facets facets{nan, nan, nan};
     double internal_deg = nan;
@@ -212,7 +179,7 @@ struct Extent {
 };
 
 /// From flexion 0, or the first one up to 5 degrees, to 90, or the last one below.
-Extent extent_of(const Curve& curve)
+Extent extent_of(const FlexionCurve& curve)
 {
   Extent extent;
   if (std::isfinite(value_at(curve, start_deg))) extent.from_deg = start_deg;
@@ -227,13 +194,12 @@ Extent extent_of(const Curve& curve)
 }
 
 /// The poses within the extent and its ends, with values less the first one.
-FlexionCurve rotation_within(const Curve& curve, const Extent& extent)
+FlexionCurve rotation_within(const FlexionCurve& curve, const Extent& extent)
 {
   const double first_deg = value_at(curve, extent.from_deg);
   FlexionCurve part;
   const auto add = [&](double flexion_deg, double value_deg) {
-    part.flexion_deg.push_back(flexion_deg);
-    part.value_deg.push_back(value_deg - first_deg);
+    part.add(flexion_deg, value_deg - first_deg);
   };
   add(extent.from_deg, first_deg);
   for (std::size_t i = 0; i < curve.value.size(); ++i) {
@@ -276,16 +242,16 @@ VerdictMeasure compared(const MeasureName& name, const Found& found, Quantity qu
 /// Largest value; the first of equals.
 Found peak_of(const FlexionCurve& rotation)
 {
-  const auto peak = std::ranges::max_element(rotation.value_deg);
-  return {*peak, rotation.flexion_deg[static_cast<std::size_t>(peak - rotation.value_deg.begin())]};
+  const auto peak = std::ranges::max_element(rotation.value);
+  return {*peak, rotation.flexion_deg[static_cast<std::size_t>(peak - rotation.value.begin())]};
 }
 
 /// The peak less the smallest value from there on.
 Found drop_of(const FlexionCurve& rotation, const Found& peak)
 {
   Found drop{0.0, peak.flexion_deg};
-  for (std::size_t i = 0; i < rotation.value_deg.size(); ++i) {
-    const double dropped_deg = peak.value - rotation.value_deg[i];
+  for (std::size_t i = 0; i < rotation.value.size(); ++i) {
+    const double dropped_deg = peak.value - rotation.value[i];
     if (rotation.flexion_deg[i] > peak.flexion_deg && dropped_deg > drop.value)
       drop = {dropped_deg, rotation.flexion_deg[i]};
   }
@@ -296,9 +262,9 @@ Found drop_of(const FlexionCurve& rotation, const Found& peak)
 double early_share_percent(const FlexionCurve& rotation, const Found& peak)
 {
   if (peak.value < least_peak_deg) return nan;
-  double reached_deg = value_at({rotation.flexion_deg, rotation.value_deg}, early_deg);
-  for (std::size_t i = 0; i < rotation.value_deg.size() && rotation.flexion_deg[i] <= early_deg; ++i)
-    reached_deg = std::max(reached_deg, rotation.value_deg[i]);
+  double reached_deg = value_at(rotation, early_deg);
+  for (std::size_t i = 0; i < rotation.value.size() && rotation.flexion_deg[i] <= early_deg; ++i)
+    reached_deg = std::max(reached_deg, rotation.value[i]);
   return 100.0 * reached_deg / peak.value;
 }
 
@@ -307,7 +273,7 @@ void add_rotation(Verdict& verdict, const FlexionCurve& rotation)
   const double to_deg = verdict.to_flexion_deg;
   const Found peak = peak_of(rotation);
   const CurveFigures figures = curve_figures(rotation);
-  const Found net{rotation.value_deg.back(), to_deg};
+  const Found net{rotation.value.back(), to_deg};
   const Found change{std::abs(figures.change_deg), figures.change_from_deg};
   verdict.measures.push_back(compared({"net_internal_rotation", "net internal rotation", "degrees"}, net,
                                       Quantity::rotation, to_deg));
@@ -322,7 +288,7 @@ void add_rotation(Verdict& verdict, const FlexionCurve& rotation)
                                       change, Quantity::change, end_deg));
 }
 
-void add_travel(Verdict& verdict, const MeasureName& name, const Curve& curve, Quantity quantity)
+void add_travel(Verdict& verdict, const MeasureName& name, const FlexionCurve& curve, Quantity quantity)
 {
   const double to_deg = verdict.to_flexion_deg;
   const double travel_mm = value_at(curve, to_deg) - value_at(curve, verdict.from_flexion_deg);
@@ -348,10 +314,10 @@ std::string contact_set(const MotionModel& model, const std::string& set)
 }
 
 /// Anterior positions of a centre of contact on the tibia, of rows [n, 3]; `cells` are the rows, -1: no pose.
-Curve contact_curve(const std::vector<double>& flexion_deg, const std::vector<double>& points_mm,
-                    const std::vector<Eigen::Index>& cells)
+FlexionCurve contact_curve(const std::vector<double>& flexion_deg, const std::vector<double>& points_mm,
+                           const std::vector<Eigen::Index>& cells)
 {
-  Curve curve{flexion_deg, {}};
+  FlexionCurve curve{flexion_deg, {}};
   for (const Eigen::Index cell : cells)
     curve.value.push_back(cell < 0 ? nan : points_mm[3 * static_cast<std::size_t>(cell)]);
   return curve;
@@ -360,7 +326,7 @@ Curve contact_curve(const std::vector<double>& flexion_deg, const std::vector<do
 void add_contacts(Verdict& verdict, const MotionModel& model)
 {
   verdict.contacts_of = contact_set(model, verdict.set);
-  OfCompartments<Curve> travelled;
+  OfCompartments<FlexionCurve> travelled;
   if (!verdict.contacts_of.empty()) {
     const std::vector<double> flexion_deg = curves_of(model, verdict.contacts_of).flexion_deg;
     const bool is_raw = verdict.contacts_of == "raw";
@@ -439,17 +405,19 @@ void add_patella(Verdict& verdict, const MotionModel& model)
   const std::vector<Eigen::Index> spine = solved_spine(model);
   const std::vector<double> flexion_deg = curves_of(model, "raw").flexion_deg;
   const auto change_from = [&](double from_deg, const GridD& coordinate) {
-    Curve curve{flexion_deg, {}};
+    FlexionCurve curve{flexion_deg, {}};
     for (const Eigen::Index cell : spine) curve.value.push_back(cell < 0 ? nan : coordinate.data()[cell]);
     return value_at(curve, to_deg) - value_at(curve, from_deg);
   };
   const double from_deg = verdict.from_flexion_deg;
-  const double share = 100.0 * change_from(from_deg, patella->flexion_deg) / (to_deg - from_deg);
+  const double share =
+      100.0 * change_from(from_deg, patella->coordinates[JointCoordinate::flexion]) / (to_deg - from_deg);
   verdict.measures.push_back(compared({"patellar_flexion_share", "patellar flexion, of the knee's", "%"},
                                       {share, nan}, Quantity::patellar_flexion, end_deg));
-  verdict.measures.push_back(compared({"patellar_shift", "lateral patellar shift from 30 degrees", "mm"},
-                                      {change_from(early_deg, patella->lateral_mm), to_deg},
-                                      Quantity::patellar_shift, to_deg));
+  verdict.measures.push_back(
+      compared({"patellar_shift", "lateral patellar shift from 30 degrees", "mm"},
+               {change_from(early_deg, patella->coordinates[JointCoordinate::lateral]), to_deg},
+               Quantity::patellar_shift, to_deg));
 }
 
 // Lift-off.
@@ -608,7 +576,7 @@ std::optional<Verdict> verdict_of(const MotionModel& model, const std::string& s
     return verdict;
   }
   const MotionCurves curves = curves_of(model, set);
-  const Curve rotation{curves.flexion_deg, curves.internal_deg};
+  const FlexionCurve rotation{curves.flexion_deg, curves.internal_deg};
   const Extent extent = curves.is_ascending() ? extent_of(rotation) : Extent{};
   if (!(extent.from_deg <= farthest_start_deg && extent.to_deg > early_deg)) {
     verdict.sentence = "No verdict: the motion needs poses from flexion 0 (at most " +

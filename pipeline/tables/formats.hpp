@@ -28,6 +28,10 @@ std::string flexion_csv(const FlexionMotion& motion, const std::vector<analysis:
 /// Whether flexion_csv() writes a column of this name.
 bool is_flexion_csv_column(std::string_view name);
 
+/// Names of the Grood-Suntay numbers in tables that also have the attitude, without their unit.
+inline constexpr std::array<const char*, n_joint_coordinates> clinical_columns{
+    "clinical_flexion", "clinical_varus", "internal_rotation", "anterior", "proximal", "lateral"};
+
 /// One row per cell of the grid, flexion-major: all numbers of the cell, including the smoothed ones. Fields
 /// without a value are empty; the status is written by name.
 std::string cells_csv(const store::MotionModel& model);

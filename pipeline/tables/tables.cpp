@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
@@ -82,9 +81,8 @@ void add_followers(Columns& columns, const store::MotionModel& model)
     add_names<StepStatus>(columns, prefix + "status", follower->status);
     if (follower->plausibility.size() > 0)
       add_names<Plausibility>(columns, prefix + "plausibility", follower->plausibility);
-    const auto grids = follower->coordinates();
     for (std::size_t k = 0; k < n_joint_coordinates; ++k)
-      add(columns, prefix + follower_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm"), *grids[k]);
+      add(columns, prefix + follower_coordinate_names[k] + unit_suffix(k), follower->coordinates[k]);
   }
 }
 
@@ -95,12 +93,8 @@ void add_raw(Columns& columns, const store::MotionModel& model, const store::Cli
   add(columns, "ty_mm", model.ty_mm);
   add(columns, "tz_mm", model.tz_mm);
   add(columns, "theta_deg", model.theta_deg);
-  add(columns, "clinical_flexion_deg", clinical.flexion_deg);
-  add(columns, "clinical_varus_deg", clinical.varus_deg);
-  add(columns, "internal_rotation_deg", clinical.internal_rotation_deg);
-  add(columns, "anterior_mm", clinical.anterior_mm);
-  add(columns, "proximal_mm", clinical.proximal_mm);
-  add(columns, "lateral_mm", clinical.lateral_mm);
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    add(columns, std::string(clinical_columns[k]) + unit_suffix(k), clinical[k]);
   for (const int axis : {0, 1, 2}) {
     columns.push_back(
         {std::string("centre_") + "xyz"[axis] + "_mm",
@@ -154,7 +148,7 @@ void add_smoothed(Columns& columns, const store::MotionModel& model)
     for (const store::SmoothedFollower& follower : set.followers) {
       const std::string of_follower = prefix + follower.name + "_";
       for (std::size_t k = 0; k < follower.surfaces.size(); ++k)
-        add(columns, of_follower + follower_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm"),
+        add(columns, of_follower + follower_coordinate_names[k] + unit_suffix(k),
             follower.surfaces[k].values);
       if (follower.recontact_mm) add(columns, of_follower + "recontact_mm", *follower.recontact_mm);
     }
@@ -166,16 +160,16 @@ using Value = std::pair<const char*, double>;
 // The last three name the point of the translations, so that a plain CSV reader needs no header.
 std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
 {
-  const ClinicalCoordinates& c = frame.clinical;
+  const auto c = in_files(frame.clinical);
   const store::JointPose& pose = frame.pose;
   const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
   const Eigen::Vector3d moved_mm = pose.X_world_moving * centre_mm;
-  return {{{"flexion_deg", deg_from_rad(c.flexion_rad)},
-           {"varus_deg", deg_from_rad(c.varus_rad)},
-           {"internal_deg", deg_from_rad(c.internal_rotation_rad)},
-           {"anterior_mm", c.anterior_mm},
-           {"proximal_mm", c.proximal_mm},
-           {"lateral_mm", c.lateral_mm},
+  return {{{"flexion_deg", c[0]},
+           {"varus_deg", c[1]},
+           {"internal_deg", c[2]},
+           {"anterior_mm", c[3]},
+           {"proximal_mm", c[4]},
+           {"lateral_mm", c[5]},
            {"attitude_flexion_deg", frame.flexion_deg},
            {"attitude_varus_deg", deg_from_rad(pose.attitude.varus_rad)},
            {"tx_mm", moved_mm.x()},
@@ -352,25 +346,9 @@ void require_varus(const store::MotionModel& model, const store::Motion& motion,
        shortest_decimal(model.varus_deg.front()) + " to " + shortest_decimal(model.varus_deg.back())});
 }
 
-bool has_zero_varus(const store::ZeroVarus& table, std::size_t flexion)
-{
-  return table.source[flexion] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
-}
-
-/// Linear interpolation between two flexions with a zero-varus pose.
-std::optional<double> zero_varus_deg(const store::MotionModel& model, double flexion_deg)
-{
-  const store::ZeroVarus& table = *model.zero_varus;
-  const auto [row, share] = position_on(model.flexion_deg, flexion_deg);
-  if (!has_zero_varus(table, row)) return {};
-  const double here_deg = table.varus_deg[row];
-  if (share == 0.0) return here_deg;
-  if (!has_zero_varus(table, row + 1)) return {};
-  return here_deg + share * (table.varus_deg[row + 1] - here_deg);
-}
-
-std::optional<double> varus_deg_at(const store::MotionModel& model, const store::Motion& motion,
-                                   const FlexionPlan& plan, double flexion_deg)
+/// NaN between flexions of which one has no zero-varus pose.
+double varus_deg_at(const store::MotionModel& model, const store::Motion& motion, const FlexionPlan& plan,
+                    double flexion_deg)
 {
   switch (plan.varus) {
     case VarusRule::given:
@@ -378,24 +356,23 @@ std::optional<double> varus_deg_at(const store::MotionModel& model, const store:
     case VarusRule::spine:
       return deg_from_rad(motion.balanced_varus_rad(rad_from_deg(flexion_deg)));
     case VarusRule::zero:
-      return zero_varus_deg(model, flexion_deg);
+      return store::value_at({model.flexion_deg, model.zero_varus->varus_deg}, flexion_deg, 0.0);
   }
   throw InternalError("an unknown varus rule");
 }
 
-void add_frame(FlexionMotion& result, const store::Motion& motion, double flexion_deg,
-               std::optional<double> varus_deg)
+void add_frame(FlexionMotion& result, const store::Motion& motion, double flexion_deg, double varus_deg)
 {
   const double flexion_rad = rad_from_deg(flexion_deg);
   if (flexion_rad < motion.first_flexion_rad() || flexion_rad > motion.last_flexion_rad()) {
     result.omitted.push_back({flexion_deg, nan, "beyond the measured range"});
     return;
   }
-  if (!varus_deg) {
+  if (std::isnan(varus_deg)) {
     result.omitted.push_back({flexion_deg, nan, "no zero-varus pose"});
     return;
   }
-  FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(*varus_deg)}), {}};
+  FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(varus_deg)}), {}};
   if (frame.pose.status != store::PoseStatus::solved) {
     result.omitted.push_back({flexion_deg, nan, core::name_of(frame.pose.status)});
     return;

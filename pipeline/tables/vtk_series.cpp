@@ -108,13 +108,13 @@ std::string words_field(const std::string& name, const std::vector<std::string>&
 // With turned axes, flexion and varus are the joint's own, like internal rotation, next to the attitude's.
 std::string angle_fields(const store::MotionModel& model, const FlexionFrame& frame)
 {
-  const double varus_deg = deg_from_rad(frame.pose.attitude.varus_rad);
-  if (!store::has_turned_axes(model))
-    return number_field("flexion_deg", frame.flexion_deg) + number_field("varus_deg", varus_deg);
+  const std::string prefix = store::has_turned_axes(model) ? "attitude_" : "";
+  const std::string attitude =
+      number_field(prefix + "flexion_deg", frame.flexion_deg) +
+      number_field(prefix + "varus_deg", deg_from_rad(frame.pose.attitude.varus_rad));
+  if (prefix.empty()) return attitude;
   return number_field("flexion_deg", deg_from_rad(frame.clinical.flexion_rad)) +
-         number_field("varus_deg", deg_from_rad(frame.clinical.varus_rad)) +
-         number_field("attitude_flexion_deg", frame.flexion_deg) +
-         number_field("attitude_varus_deg", varus_deg);
+         number_field("varus_deg", deg_from_rad(frame.clinical.varus_rad)) + attitude;
 }
 
 std::string attitude_fields(const store::MotionModel& model, const FlexionFrame& frame)

@@ -42,9 +42,7 @@ void unsolve(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
   store::FollowerRows& rows = model.followers[0];
   rows.status(i, j) = static_cast<std::int8_t>(StepStatus::unbounded);
-  for (store::GridD* grid : {&rows.flexion_deg, &rows.rotation_deg, &rows.tilt_deg, &rows.anterior_mm,
-                             &rows.proximal_mm, &rows.lateral_mm})
-    (*grid)(i, j) = nan;
+  for (store::GridD& grid : rows.coordinates) grid(i, j) = nan;
 }
 
 // Polynomials of their own degree are reproduced, also where a cell is missing.

@@ -50,8 +50,8 @@ struct PlateQuestion {
   {
     Unknown moment;
     moment.name = "varus_moment";
-    moment.quantity = job::FitQuantity::load;
-    moment.load = FittedLoad::varus_moment;
+    moment.quantity = job::InputQuantity::load;
+    moment.load = job::InputLoad::varus_moment;
     moment.sd = 1.0;
     moment.from = -2.0;
     moment.to = 2.0;

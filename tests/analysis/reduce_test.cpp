@@ -118,7 +118,7 @@ TEST(Reduce, ACellItselfIsTakenToTheLastBit)
   EXPECT_EQ(z.ty_mm[4], model.ty_mm(4, 2));
   for (std::size_t k = 0; k < 16; ++k)
     EXPECT_EQ(z.X_reference_moving[16 * 4 + k], model.X_reference_moving[16 * cell + k]);
-  EXPECT_EQ(z.anterior_mm[4], model.clinical.anterior_mm(4, 2));
+  EXPECT_EQ(z.clinical[JointCoordinate::anterior][4], model.clinical[JointCoordinate::anterior](4, 2));
   EXPECT_EQ(z.centres[0].moving_mm[3 * 4], model.contact_paths->at(0).moving_mm[3 * cell]);
 }
 
@@ -247,7 +247,7 @@ TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_NEAR(z.varus_deg[i], 1.0 + 8.0 * model.flexion_deg[i] / 90.0, rounding_deg);
-    EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_deg);
+    EXPECT_NEAR(z.clinical[JointCoordinate::varus][i], z.varus_deg[i], rounding_deg);
   }
 }
 
@@ -267,8 +267,8 @@ TEST(Reduce, AFreeVarusNeedsNoCompartments)
     EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_EQ(z.varus_deg[i], 1.0 + 0.01 * model.flexion_deg[i]);
     EXPECT_EQ(z.tx_mm[i], model.tx_mm(static_cast<Eigen::Index>(i), 0));
-    EXPECT_EQ(z.internal_rotation_deg[i],
-              model.clinical.internal_rotation_deg(static_cast<Eigen::Index>(i), 0));
+    EXPECT_EQ(z.clinical[JointCoordinate::internal][i],
+              model.clinical[JointCoordinate::internal](static_cast<Eigen::Index>(i), 0));
     EXPECT_TRUE(std::isnan(z.varus_first_deg[i]));
   }
   EXPECT_TRUE(z.centres[0].reference_mm.empty());

@@ -43,7 +43,7 @@ TEST(Score, AConstantOffsetIsBiasAndAlignmentRemovesIt)
   const Score raw = score(found, measured, options_of(Alignment::none));
   const Score aligned = score(found, measured, options_of(Alignment::constant));
   for (std::size_t c = 0; c < n_scored; ++c) {
-    SCOPED_TRACE(coordinate_names[c].name);
+    SCOPED_TRACE(joint_coordinate_names[c]);
     const Statistics& s = raw.coordinates[c].statistics;
     EXPECT_EQ(s.n, static_cast<std::size_t>(n_frames));
     EXPECT_NEAR(s.rms, std::abs(some_offset[c]), rounding);

@@ -41,7 +41,7 @@ store::MotionModel free_model(const std::string& side = "right")
 void expect_near(const Coordinates& value, const Coordinates& expected, double tolerance)
 {
   for (std::size_t c = 0; c < n_scored; ++c)
-    EXPECT_NEAR(value[c], expected[c], tolerance) << coordinate_names[c].name;
+    EXPECT_NEAR(value[c], expected[c], tolerance) << joint_coordinate_names[c];
 }
 
 TEST(ScoreCoordinates, OfThePoseOfCoordinatesAreTheSame)
@@ -122,12 +122,8 @@ TEST(ScoreSequence, OfAModelWithFreeVarusAreItsStoredPoses)
     EXPECT_EQ(s.key_name, "flexion_deg");
     for (Eigen::Index i = 0; i < 7; ++i) {
       const Coordinates& value = s.rows[static_cast<std::size_t>(i)].value;
-      EXPECT_NEAR(deg_from_rad(value[0]), model.clinical.flexion_deg(i, 0), rounding);
-      EXPECT_NEAR(deg_from_rad(value[1]), model.clinical.varus_deg(i, 0), rounding);
-      EXPECT_NEAR(deg_from_rad(value[2]), model.clinical.internal_rotation_deg(i, 0), rounding);
-      EXPECT_NEAR(value[3], model.clinical.anterior_mm(i, 0), rounding);
-      EXPECT_NEAR(value[4], model.clinical.proximal_mm(i, 0), rounding);
-      EXPECT_NEAR(value[5], model.clinical.lateral_mm(i, 0), rounding);
+      for (std::size_t c = 0; c < n_joint_coordinates; ++c)
+        EXPECT_NEAR(in_file(value[c], c), model.clinical[c](i, 0), rounding);
     }
   }
 }

@@ -133,7 +133,7 @@ TEST(TwoSided, ReducedItKeepsItsOwnVarus)
         static_cast<std::size_t>(std::find(axis.begin(), axis.end(), model.flexion_deg[i]) - axis.begin());
     ASSERT_LT(k, axis.size());
     EXPECT_NEAR(z.varus_deg[i], model.two_sided->varus_deg[k], rounding_mm);
-    EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_mm);
+    EXPECT_NEAR(z.clinical[JointCoordinate::varus][i], z.varus_deg[i], rounding_mm);
     EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::interpolated));
     EXPECT_TRUE(std::isnan(z.varus_first_deg[i]));
   }

@@ -315,8 +315,9 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
     EXPECT_EQ(rows[i + 1][column("source")], all.at("flexions")[i].at("source"));
     EXPECT_NEAR(std::stod(rows[i + 1][column("centre_z_mm")]), centre_mm.z(), printed);
     EXPECT_EQ(all.at("flexions")[i].at("is_cut_off"), z.is_cut_off[i] == 1);
-    EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.internal_rotation_deg[i]);
-    EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]), z.internal_rotation_deg[i], printed);
+    EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.clinical[JointCoordinate::internal][i]);
+    EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]),
+                z.clinical[JointCoordinate::internal][i], printed);
     EXPECT_NEAR(std::stod(rows[i + 1][column("lateral_moving_z_mm")]), z.centres[1].moving_mm[3 * i + 2],
                 printed);
   }

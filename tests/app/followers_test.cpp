@@ -59,10 +59,12 @@ TEST(Followers, TheKneecapFollowsTheGenericKnee)
     EXPECT_GE(patella.worst_gap_mm.data()[cell], -1e-4);
     EXPECT_LE(patella.balance_residual_n.data()[cell], 0.01 * 30.0);
   }
-  const double rate = (patella.flexion_deg(3, 0) - patella.flexion_deg(0, 0)) / 90.0;
+  const double rate = (patella.coordinates[JointCoordinate::flexion](3, 0) -
+                       patella.coordinates[JointCoordinate::flexion](0, 0)) /
+                      90.0;
   EXPECT_GT(rate, 0.6);
   EXPECT_LT(rate, 0.9);
-  EXPECT_LT(patella.proximal_mm(3, 0), -30.0);
+  EXPECT_LT(patella.coordinates[JointCoordinate::proximal](3, 0), -30.0);
   // The lines carry 30 N, all of them on the patella.
   const store::LigamentRows& fibres = *patella.ligaments;
   double lines_n = 0.0;
@@ -192,7 +194,11 @@ to = 0.1
   run({"run", at("fitted.toml"), "-o", at("fitted.h5"), "--progress", "none"});
   const store::MotionModel truth = store::read_motion_model(at("true.h5"));
   const store::MotionModel fitted = store::read_motion_model(at("fitted.h5"));
-  EXPECT_LT((follower_of(truth).proximal_mm - follower_of(fitted).proximal_mm).abs().maxCoeff(), 0.02);
+  EXPECT_LT((follower_of(truth).coordinates[JointCoordinate::proximal] -
+             follower_of(fitted).coordinates[JointCoordinate::proximal])
+                .abs()
+                .maxCoeff(),
+            0.02);
 }
 
 // Lines without tension are left out; the strains of the table's other fibres stay theirs.
@@ -249,8 +255,10 @@ TEST(Followers, ASampleIsTheRunOfAJobWithItsInputs)
     const store::FollowerRows alone = follower_of(test::solved(job, own));
     for (std::size_t i = 0; i < 2; ++i) {
       // The joint starts elsewhere: its equilibria agree within the solver's tolerance.
-      EXPECT_NEAR(bead.translation_mm[3 * (2 * s + i) + 1], alone.proximal_mm.data()[i], 0.05);
-      EXPECT_NEAR(bead.rotation_deg[3 * (2 * s + i)], alone.flexion_deg.data()[i], 0.5);
+      EXPECT_NEAR(bead.translation_mm[3 * (2 * s + i) + 1],
+                  alone.coordinates[JointCoordinate::proximal].data()[i], 0.05);
+      EXPECT_NEAR(bead.rotation_deg[3 * (2 * s + i)], alone.coordinates[JointCoordinate::flexion].data()[i],
+                  0.5);
     }
   }
   EXPECT_GT(bead.translation_band_mm[3 * 4 * 2 + 1] - bead.translation_band_mm[1], 0.1)
@@ -298,12 +306,15 @@ TEST_F(FollowerCommands, MeasuredFramesAreImported)
   ASSERT_EQ(solved_share(bead), 1.0);
   EXPECT_EQ(bead.status.rows(), 7);
   for (Eigen::Index i = 0; i < 7; ++i)
-    EXPECT_NEAR(bead.proximal_mm(i, 0), follower_of(solved).proximal_mm(i, 2), 1e-9) << i;
+    EXPECT_NEAR(bead.coordinates[JointCoordinate::proximal](i, 0),
+                follower_of(solved).coordinates[JointCoordinate::proximal](i, 2), 1e-9)
+        << i;
   EXPECT_EQ(measured.audits.at(0).followers.at(0).name, "bead");
   succeed({"import", job.string(), "--motion", path("t.csv"), "-o", path("other.h5"), "--follower-column",
            "bead.proximal=-follower_bead_proximal_mm"});
-  EXPECT_NEAR(follower_of(store::read_motion_model(path("other.h5"))).proximal_mm(3, 0),
-              -bead.proximal_mm(3, 0), 1e-9);
+  EXPECT_NEAR(
+      follower_of(store::read_motion_model(path("other.h5"))).coordinates[JointCoordinate::proximal](3, 0),
+      -bead.coordinates[JointCoordinate::proximal](3, 0), 1e-9);
   std::string table = test::text_of(path("t.csv"));
   table.replace(table.find("follower_bead_tilt_deg"), 22, "unknown_column_of_tilt");
   scratch_.write("part.csv", table);

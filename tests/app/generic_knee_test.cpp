@@ -61,7 +61,7 @@ double mean_rotation_deg(const store::MotionModel& model, double from_deg, doubl
   int n = 0;
   for (std::size_t i = 0; i < spine.size(); ++i) {
     if (model.flexion_deg[i] < from_deg || model.flexion_deg[i] > to_deg) continue;
-    sum += model.clinical.internal_rotation_deg(static_cast<Eigen::Index>(i), spine[i]);
+    sum += model.clinical[JointCoordinate::internal](static_cast<Eigen::Index>(i), spine[i]);
     ++n;
   }
   return sum / n;

@@ -216,8 +216,12 @@ TEST(Jobs, TheHeadOfTheHipStaysInItsSocketOnBothSides)
   const Eigen::ArrayXXd off_mm =
       (right.tx_mm.square() + right.ty_mm.square() + right.tz_mm.square()).sqrt() - 0.5;
   EXPECT_LT(off_mm.abs().maxCoeff(), 0.05);
-  EXPECT_LT((left.clinical.anterior_mm - right.clinical.anterior_mm).abs().maxCoeff(), 1e-9);
-  EXPECT_LT((left.clinical.lateral_mm - right.clinical.lateral_mm).abs().maxCoeff(), 1e-9);
+  EXPECT_LT(
+      (left.clinical[JointCoordinate::anterior] - right.clinical[JointCoordinate::anterior]).abs().maxCoeff(),
+      1e-9);
+  EXPECT_LT(
+      (left.clinical[JointCoordinate::lateral] - right.clinical[JointCoordinate::lateral]).abs().maxCoeff(),
+      1e-9);
 }
 
 TEST(Jobs, TheTalusTurnsAboutTheAxisOfItsTrochlea)
@@ -227,7 +231,7 @@ TEST(Jobs, TheTalusTurnsAboutTheAxisOfItsTrochlea)
   EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   expect_clean_poses(model);
   EXPECT_TRUE((model.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());
-  EXPECT_NEAR(model.clinical.flexion_deg.maxCoeff(), 40.0, 1e-9);  // rounding
+  EXPECT_NEAR(model.clinical[JointCoordinate::flexion].maxCoeff(), 40.0, 1e-9);  // rounding
   // The axis stays within the clearance of 0.5 mm; across it, facets of 2 mm on a radius of 20 mm differ from
   // the groove by up to 2^2 / (8 * 20) = 0.025 mm, which shifts an equilibrium by sqrt(2 * 0.025 * 0.5) mm.
   EXPECT_LT(model.ty_mm.maxCoeff(), 0.5 + 0.05);
@@ -245,7 +249,7 @@ TEST(Jobs, TheSubtalarJointStaysTogether)
   EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   expect_clean_poses(model);
   EXPECT_TRUE((model.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());
-  EXPECT_NEAR(model.clinical.varus_deg.minCoeff(), -10.0, 1e-9);  // rounding
+  EXPECT_NEAR(model.clinical[JointCoordinate::varus].minCoeff(), -10.0, 1e-9);  // rounding
 }
 
 class GenericKneeJob : public testing::TestWithParam<std::string> {};
@@ -263,11 +267,8 @@ TEST_P(GenericKneeJob, OnTheLeftHasTheClinicalNumbersOfTheRight)
   // Equal travel on both sides; 1e-9 mm for another order of summation.
   const store::GridD difference = *left.smoothed.front().recontact_mm - *right.smoothed.front().recontact_mm;
   EXPECT_LE(difference.abs().maxCoeff(), 1e-9);
-  EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
-  EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
-  EXPECT_TRUE((right.clinical.anterior_mm == left.clinical.anterior_mm).all());
-  EXPECT_TRUE((right.clinical.proximal_mm == left.clinical.proximal_mm).all());
-  EXPECT_TRUE((right.clinical.lateral_mm == left.clinical.lateral_mm).all());
+  for (std::size_t k = 1; k < n_joint_coordinates; ++k)
+    EXPECT_TRUE((right.clinical[k] == left.clinical[k]).all()) << joint_coordinate_names[k];
   EXPECT_TRUE((right.tz_mm == -left.tz_mm).all());
 }
 

@@ -274,7 +274,7 @@ TEST(LoadedRun, InfoHasTheJointsOwnAnglesWhereAxesAreTurned)
   const store::MotionModel model = store::read_motion_model(file.string());
   double most_deg = -1e9;
   for (Eigen::Index k = 0; k < model.status.size(); ++k) {
-    const double varus_deg = model.clinical.varus_deg.data()[k];
+    const double varus_deg = model.clinical[JointCoordinate::varus].data()[k];
     most_deg = varus_deg > most_deg ? varus_deg : most_deg;  // NaN where not stable
   }
   EXPECT_EQ(json.at("clinical").at("varus_deg").at("max").get<double>(), most_deg);
@@ -329,8 +329,9 @@ TEST_F(CoordinateRun, GivenCoordinatesOfFramesAreKept)
   const std::vector<double> flexion{0, 2, 4, 2, 1}, internal{0.5, 0.2, -0.4, -0.1, 0.3};
   for (Eigen::Index i = 0; i < 5; ++i) {
     // Conversion to radians and back.
-    EXPECT_NEAR(model.clinical.flexion_deg(i, 0), flexion[static_cast<std::size_t>(i)], 1e-12);
-    EXPECT_NEAR(model.clinical.internal_rotation_deg(i, 0), internal[static_cast<std::size_t>(i)], 1e-12);
+    EXPECT_NEAR(model.clinical[JointCoordinate::flexion](i, 0), flexion[static_cast<std::size_t>(i)], 1e-12);
+    EXPECT_NEAR(model.clinical[JointCoordinate::internal](i, 0), internal[static_cast<std::size_t>(i)],
+                1e-12);
     EXPECT_LT(std::max(model.gap_mm[0](i, 0), model.gap_mm[1](i, 0)), 1e-4);  // both balls bear
   }
   ASSERT_TRUE(model.coordinates);
@@ -365,13 +366,13 @@ TEST_F(CoordinateRun, OneDrivenRotationMakesASequence)
   ASSERT_TRUE(model.frames);
   EXPECT_EQ(model.frames->key_name, "internal_deg");
   for (Eigen::Index i = 0; i < 5; ++i)
-    EXPECT_NEAR(model.clinical.internal_rotation_deg(i, 0), static_cast<double>(i - 2), 1e-12);
+    EXPECT_NEAR(model.clinical[JointCoordinate::internal](i, 0), static_cast<double>(i - 2), 1e-12);
 }
 
 TEST_F(CoordinateRun, AHeightThatOverlapsIsANamedStatus)
 {
   const store::MotionModel free = test::solved(job(frames));
-  const double bearing = free.clinical.proximal_mm(0, 0);
+  const double bearing = free.clinical[JointCoordinate::proximal](0, 0);
   const auto with_height = [&](double height_mm) {
     return std::string(frames) + "varus = 0\nproximal = " + std::to_string(height_mm) + "\n";
   };
@@ -379,7 +380,7 @@ TEST_F(CoordinateRun, AHeightThatOverlapsIsANamedStatus)
   EXPECT_EQ((high.status == static_cast<std::int8_t>(StepStatus::no_clearance)).count(), 5);
   const store::MotionModel low = test::solved(job(with_height(bearing - 3.0)));
   EXPECT_EQ((low.status == 0).count(), 5);
-  EXPECT_NEAR(low.clinical.proximal_mm(2, 0), bearing - 3.0, 1e-6);  // six decimals in the job
+  EXPECT_NEAR(low.clinical[JointCoordinate::proximal](2, 0), bearing - 3.0, 1e-6);  // six decimals in the job
 }
 
 TEST_F(CoordinateRun, TheSearchKeepsWhatIsGiven)
@@ -389,8 +390,8 @@ TEST_F(CoordinateRun, TheSearchKeepsWhatIsGiven)
   ASSERT_EQ((model.status == 0).count(), 5);
   const std::vector<double> lateral{0.1, 0.0, -0.1, 0.0, 0.2};
   for (Eigen::Index i = 0; i < 5; ++i) {
-    EXPECT_NEAR(model.clinical.varus_deg(i, 0), 1.0, 1e-12);
-    EXPECT_NEAR(model.clinical.lateral_mm(i, 0), lateral[static_cast<std::size_t>(i)], 2e-3);
+    EXPECT_NEAR(model.clinical[JointCoordinate::varus](i, 0), 1.0, 1e-12);
+    EXPECT_NEAR(model.clinical[JointCoordinate::lateral](i, 0), lateral[static_cast<std::size_t>(i)], 2e-3);
   }
 }
 

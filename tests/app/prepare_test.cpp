@@ -43,6 +43,16 @@ class Prepare : public testing::Test {
     return scratch_.write(name, job::stl_bytes(mesh, "")).string();
   }
 
+  // Bare, of another femur.
+  test::Ended prepared(const std::string& femur, const std::vector<std::string>& more = {}) const
+  {
+    test::Ended ended = test::run_vrda({"prepare", "--femur", femur, "--tibia", tibia_, "--no-ligaments",
+                                        "--cartilage", "none", "-o", folder_.string(), "--replace"},
+                                       more);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended;
+  }
+
   nlohmann::json report() const { return nlohmann::json::parse(test::read_bytes(folder_ / "prepare.json")); }
 
   test::Scratch scratch_;
@@ -73,8 +83,8 @@ TEST_F(Prepare, APatellaFollows)
     ASSERT_EQ(model.followers.size(), 1U);
     const store::FollowerRows& follower = model.followers.front();
     EXPECT_EQ((follower.status == status_stable).count(), 3);
-    EXPECT_GT(follower.flexion_deg(2, 0), 50.0);
-    EXPECT_LT(follower.flexion_deg(2, 0), 80.0);
+    EXPECT_GT(follower.coordinates[JointCoordinate::flexion](2, 0), 50.0);
+    EXPECT_LT(follower.coordinates[JointCoordinate::flexion](2, 0), 80.0);
   }
 }
 
@@ -234,15 +244,6 @@ TEST_F(Prepare, WhatDoesNotBelongToASurfaceIsLeftOut)
   append(with_all, select_triangles(femur, {3, 200, 4000}));
   append(with_all, test::box({5, 10, 0}, {8, 12, 20}));
   append(with_all, speck);
-  const auto prepared = [&](const std::string& file, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{"prepare", "--femur",        file,          "--tibia",
-                                   tibia_,    "--no-ligaments", "--cartilage", "none",
-                                   "-o",      folder_.string(), "--replace"};
-    words.insert(words.end(), more.begin(), more.end());
-    test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return ended;
-  };
   prepared(femur_);
   std::map<std::string, std::string> expected = contents(folder_);
   expected.erase("prepare.json");  // has the warnings
@@ -263,15 +264,6 @@ TEST_F(Prepare, WhatDoesNotBelongToASurfaceIsLeftOut)
 // Noise is measured and smoothed away; clean surfaces keep their vertices bit for bit, and --no-smooth all.
 TEST_F(Prepare, RoughSurfacesAreSmoothedCleanOnesStay)
 {
-  const auto prepared = [&](const std::string& femur, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{"prepare", "--femur",        femur,         "--tibia",
-                                   tibia_,    "--no-ligaments", "--cartilage", "none",
-                                   "-o",      folder_.string(), "--replace"};
-    words.insert(words.end(), more.begin(), more.end());
-    test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return ended;
-  };
   Mesh rough = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur);
   std::mt19937 random(1);
   std::normal_distribution<double> across_mm(0.0, 0.5);

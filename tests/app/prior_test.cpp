@@ -40,7 +40,8 @@ TEST_F(Prior, BothMotionsAreStored)
               1e-9);
   for (std::size_t i = 0; i < with.flexion_deg.size(); ++i) {
     const store::PriorTermRows& internal = with.prior->terms.front();
-    EXPECT_NEAR(internal.value[i], with.clinical.internal_rotation_deg(static_cast<Eigen::Index>(i), 0), 0.05)
+    EXPECT_NEAR(internal.value[i], with.clinical[JointCoordinate::internal](static_cast<Eigen::Index>(i), 0),
+                0.05)
         << "the cell is solved from the pose of the spine";
     EXPECT_NEAR(internal.force[i],
                 -internal.stiffness[i] * rad_from_deg(internal.value[i] - internal.curve[i]), 1e-6);
@@ -71,8 +72,8 @@ TEST_F(Prior, ALeftKneeHasTheNumbersOfItsMirrorImage)
   const store::MotionModel right = model_of(test::prior_and_its_spread),
                            left = model_of(test::prior_and_its_spread, {"side=\"left\""});
   EXPECT_EQ(left.side, "left");
-  EXPECT_TRUE((left.clinical.internal_rotation_deg == right.clinical.internal_rotation_deg).all());
-  EXPECT_TRUE((left.clinical.anterior_mm == right.clinical.anterior_mm).all());
+  EXPECT_TRUE((left.clinical[JointCoordinate::internal] == right.clinical[JointCoordinate::internal]).all());
+  EXPECT_TRUE((left.clinical[JointCoordinate::anterior] == right.clinical[JointCoordinate::anterior]).all());
   EXPECT_EQ(left.prior->terms.front().level, right.prior->terms.front().level);
 }
 

@@ -149,8 +149,8 @@ TEST(Assemble, OnlyStableCellsHoldNumbers)
   EXPECT_EQ(model.contacts.row_start.back(), 28);
   EXPECT_EQ(model.is_spine.cast<int>().sum(), 7);
   // The decomposition of the stored pose returns the grid attitudes.
-  EXPECT_NEAR(model.clinical.flexion_deg(3, 1), 6.0, 1e-9);
-  EXPECT_NEAR(model.clinical.varus_deg(3, 1), -1.0, 1e-9);
+  EXPECT_NEAR(model.clinical[JointCoordinate::flexion](3, 1), 6.0, 1e-9);
+  EXPECT_NEAR(model.clinical[JointCoordinate::varus](3, 1), -1.0, 1e-9);
 }
 
 constexpr double table_digits_deg = 1e-9;

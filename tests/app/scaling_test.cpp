@@ -66,10 +66,14 @@ void expect_scaled_cells(const store::MotionModel& got, const store::MotionModel
   EXPECT_LT(largest_difference(got.ty_mm, factor * plain.ty_mm), rounding_mm);
   EXPECT_LT(largest_difference(got.tz_mm, factor * plain.tz_mm), rounding_mm);
   EXPECT_LT(largest_difference(got.gap_mm[0], factor * plain.gap_mm[0]), rounding_mm);
-  EXPECT_LT(largest_difference(got.clinical.varus_deg, plain.clinical.varus_deg), rounding_deg);
-  EXPECT_LT(largest_difference(got.clinical.internal_rotation_deg, plain.clinical.internal_rotation_deg),
+  EXPECT_LT(largest_difference(got.clinical[JointCoordinate::varus], plain.clinical[JointCoordinate::varus]),
             rounding_deg);
-  EXPECT_LT(largest_difference(got.clinical.proximal_mm, factor * plain.clinical.proximal_mm), rounding_mm);
+  EXPECT_LT(
+      largest_difference(got.clinical[JointCoordinate::internal], plain.clinical[JointCoordinate::internal]),
+      rounding_deg);
+  EXPECT_LT(largest_difference(got.clinical[JointCoordinate::proximal],
+                               factor * plain.clinical[JointCoordinate::proximal]),
+            rounding_mm);
   EXPECT_TRUE((got.is_in_contact[0] == plain.is_in_contact[0]).all());
   ASSERT_EQ(got.contacts.distance_mm.size(), plain.contacts.distance_mm.size());
   const Points wanted_mm = factor * plain.contacts.point_world_mm;

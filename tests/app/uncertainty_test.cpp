@@ -82,9 +82,9 @@ sd = 1e-9
     const auto row = static_cast<Eigen::Index>(i);
     EXPECT_EQ(model.uncertainty->n_solved[i], 10);
     EXPECT_NEAR(model.uncertainty->rotation_band_deg[3 * (2 * model.flexion_deg.size() + i) + 2],
-                model.clinical.internal_rotation_deg(row, 0), same_deg);
+                model.clinical[JointCoordinate::internal](row, 0), same_deg);
     EXPECT_NEAR(model.uncertainty->translation_band_mm[3 * (2 * model.flexion_deg.size() + i) + 1],
-                model.clinical.proximal_mm(row, 0), same_mm);
+                model.clinical[JointCoordinate::proximal](row, 0), same_mm);
   }
 }
 
@@ -121,9 +121,9 @@ values = [0.5, 1, 3]
       const std::size_t at = s * model.flexion_deg.size() + i;
       const auto row = static_cast<Eigen::Index>(i);
       // Facets make equilibria a fraction of a degree apart (solve/uncertain_motion).
-      EXPECT_NEAR(motion.rotation_deg[3 * at + 2], own.clinical.internal_rotation_deg(row, 0), 0.5);
-      EXPECT_NEAR(motion.translation_mm[3 * at], own.clinical.anterior_mm(row, 0), 0.1);
-      EXPECT_NEAR(motion.translation_mm[3 * at + 1], own.clinical.proximal_mm(row, 0), 0.05);
+      EXPECT_NEAR(motion.rotation_deg[3 * at + 2], own.clinical[JointCoordinate::internal](row, 0), 0.5);
+      EXPECT_NEAR(motion.translation_mm[3 * at], own.clinical[JointCoordinate::anterior](row, 0), 0.1);
+      EXPECT_NEAR(motion.translation_mm[3 * at + 1], own.clinical[JointCoordinate::proximal](row, 0), 0.05);
     }
   }
   // The moment alone decides the rotation.

@@ -1,9 +1,8 @@
 // Journals of steps and of traces. Most changes fail a checksum and test little, so every second change has
 // repaired checksums.
+#include "fuzz/checksum_mutator.hpp"
 #include "fuzz/framed_checksums.hpp"
 #include "store/journal.hpp"
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace {
 
@@ -37,14 +36,6 @@ void read_traces(const std::string& bytes)
 }
 
 }  // namespace
-
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
-                                               unsigned int seed)
-{
-  const std::size_t changed = LLVMFuzzerMutate(data, size, max_size);
-  if (seed % 2 == 0) vrda::test::repair_checksums(data, changed);
-  return changed;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -1,8 +1,7 @@
 // Recordings of the bench. Every second change has repaired checksums, as for journals.
 #include "bench/recording.hpp"
+#include "fuzz/checksum_mutator.hpp"
 #include "fuzz/framed_checksums.hpp"
-
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace {
 
@@ -29,14 +28,6 @@ void read(const std::string& bytes)
 }
 
 }  // namespace
-
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
-                                               unsigned int seed)
-{
-  const std::size_t changed = LLVMFuzzerMutate(data, size, max_size);
-  if (seed % 2 == 0) vrda::test::repair_checksums(data, changed);
-  return changed;
-}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -101,12 +101,11 @@ TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
   ASSERT_EQ(raw.flexion_deg, model.flexion_deg);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    EXPECT_NEAR(raw.values_of(report::Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1),
-                rounding);
-    EXPECT_NEAR(raw.values_of(report::Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
-    EXPECT_NEAR(raw.values_of(report::Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.values_of(report::Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
-    EXPECT_NEAR(raw.values_of(report::Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
+    for (std::size_t k = 0; k < 5; ++k) {
+      const std::size_t coordinate = k == 0 ? 2 : k == 1 ? 1 : k + 1;  // internal, varus and translations
+      EXPECT_NEAR(raw.values[k][i], model.clinical[coordinate](row, 1), rounding)
+          << joint_coordinate_names[coordinate];
+    }
     EXPECT_EQ(raw.values_of(report::Quantity::origin_anterior)[i],
               model.X_reference_moving[16 * (3 * i + 1) + 3]);
     EXPECT_EQ(raw.values_of(report::Quantity::origin_lateral)[i],
@@ -122,7 +121,8 @@ TEST(ClinicalCurves, AreOverTheJointsOwnFlexionWhereDeltaIsNotProximal)
   ASSERT_TRUE(store::has_turned_axes(model));
   const report::ClinicalCurve raw = named(curves_of(model), "raw");
   for (std::size_t i = 0; i < raw.flexion_deg.size(); ++i)
-    EXPECT_NEAR(raw.flexion_deg[i], model.clinical.flexion_deg(static_cast<Eigen::Index>(i), 1), rounding);
+    EXPECT_NEAR(raw.flexion_deg[i], model.clinical[JointCoordinate::flexion](static_cast<Eigen::Index>(i), 1),
+                rounding);
   EXPECT_GT(std::abs(raw.flexion_deg.back() - model.flexion_deg.back()), 1e-6);
 }
 

@@ -61,8 +61,8 @@ TEST(IndexNumbers, OfAModelByItsSpine)
             static_cast<double>(model.reference.contact.mesh.triangles.rows()));
   EXPECT_EQ(number_of(n, "fibres"), 0.0);
   EXPECT_NEAR(number_of(n, "reference_width_mm"), 40.0, 1e-9);  // a ball of radius 20
-  EXPECT_EQ(number_of(n, "internal_rotation_first_deg"), model.clinical.internal_rotation_deg(0, 1));
-  EXPECT_EQ(number_of(n, "internal_rotation_last_deg"), model.clinical.internal_rotation_deg(3, 1));
+  EXPECT_EQ(number_of(n, "internal_rotation_first_deg"), model.clinical[JointCoordinate::internal](0, 1));
+  EXPECT_EQ(number_of(n, "internal_rotation_last_deg"), model.clinical[JointCoordinate::internal](3, 1));
   EXPECT_NEAR(number_of(n, "internal_rotation_range_deg"), 0.6, 1e-9);
   EXPECT_EQ(number_of(n, "smooth_degree"), 1.0);
   EXPECT_DOUBLE_EQ(number_of(n, "smooth_rms_mm"), 0.03 * std::sqrt(3.0));

@@ -21,12 +21,8 @@ void put_numbers(store::ZeroVarus& motion, const store::MotionModel& model, cons
   motion.tz_mm[row.i] = model.tz_mm.data()[row.cell];
   motion.theta_deg[row.i] = model.theta_deg.data()[row.cell];
   std::copy_n(&model.X_reference_moving[16 * row.cell], 16, &motion.X_reference_moving[16 * row.i]);
-  motion.clinical_flexion_deg[row.i] = model.clinical.flexion_deg.data()[row.cell];
-  motion.clinical_varus_deg[row.i] = model.clinical.varus_deg.data()[row.cell];
-  motion.internal_rotation_deg[row.i] = model.clinical.internal_rotation_deg.data()[row.cell];
-  motion.anterior_mm[row.i] = model.clinical.anterior_mm.data()[row.cell];
-  motion.proximal_mm[row.i] = model.clinical.proximal_mm.data()[row.cell];
-  motion.lateral_mm[row.i] = model.clinical.lateral_mm.data()[row.cell];
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    motion.clinical[k][row.i] = model.clinical[k].data()[row.cell];
   if (!model.has_compartments) return;
   // The lateral compartment is not in contact and remains NaN.
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -71,12 +67,10 @@ store::ZeroVarus empty_motion(std::size_t n, bool has_compartments)
   store::ZeroVarus motion;
   motion.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
   motion.is_cut_off.assign(n, 0);
-  for (std::vector<double>* values :
-       {&motion.varus_deg, &motion.varus_first_deg, &motion.varus_last_deg, &motion.tx_mm, &motion.ty_mm,
-        &motion.tz_mm, &motion.theta_deg, &motion.clinical_flexion_deg, &motion.clinical_varus_deg,
-        &motion.internal_rotation_deg, &motion.anterior_mm, &motion.proximal_mm, &motion.lateral_mm}) {
+  motion.resize(n);
+  for (std::vector<double>* values : {&motion.varus_first_deg, &motion.varus_last_deg})
     values->assign(n, nan);
-  }
+  motion.clinical.fill(std::vector<double>(n, nan));
   motion.X_reference_moving.assign(16 * n, nan);
   motion.helical_rotation_deg.assign(n - 1, nan);
   motion.helical_translation_mm.assign(n - 1, nan);
@@ -321,10 +315,10 @@ void add_follower(store::MotionModel& model)
   bead.iterations = model.iterations;
   bead.queries = model.queries;
   const store::GridD none = store::GridD::Constant(model.tx_mm.rows(), model.tx_mm.cols(), nan);
-  store::GridD* grids[] = {&bead.flexion_deg, &bead.rotation_deg,       &bead.tilt_deg,
-                           &bead.anterior_mm, &bead.proximal_mm,        &bead.lateral_mm,
-                           &bead.energy_nmm,  &bead.balance_residual_n, &bead.complementarity_mm,
-                           &bead.worst_gap_mm};
+  std::vector<store::GridD*> grids;
+  for (store::GridD& grid : bead.coordinates) grids.push_back(&grid);
+  grids.insert(grids.end(),
+               {&bead.energy_nmm, &bead.balance_residual_n, &bead.complementarity_mm, &bead.worst_gap_mm});
   for (store::GridD* grid : grids) *grid = none;
   bead.plausibility = model.plausibility;
   bead.X_of_follower = model.X_reference_moving;
@@ -340,7 +334,7 @@ void add_follower(store::MotionModel& model)
   bead.forces.row_start = {0};
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
     if (model.status.data()[cell] == status_stable) {
-      for (std::size_t k = 0; k < std::size(grids); ++k)
+      for (std::size_t k = 0; k < grids.size(); ++k)
         grids[k]->data()[cell] = 0.25 * static_cast<double>(k) + 0.125 * static_cast<double>(cell);
       bead.forces.along_delta_n.push_back(2.0 + static_cast<double>(cell));
       bead.forces.triangle_reference.push_back(1);

@@ -297,8 +297,8 @@ TEST(Verdict, NamesWhatIsFoundOfFollowers)
   EXPECT_THAT(verdict.followers, IsEmpty());
   EXPECT_EQ(verdict.sentence.find("patella"), std::string::npos);
 
-  model.followers[0].flexion_deg *= 0.6;
-  model.followers[0].lateral_mm *= 1.5;
+  model.followers[0].coordinates[JointCoordinate::flexion] *= 0.6;
+  model.followers[0].coordinates[JointCoordinate::lateral] *= 1.5;
   const auto set = [](store::GridB& grid, Eigen::Index row, auto code) {
     grid(row, 1) = static_cast<std::int8_t>(code);
   };

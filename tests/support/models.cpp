@@ -12,11 +12,6 @@
 namespace vrda::test {
 namespace {
 
-constexpr std::array<store::GridD store::ClinicalSurfaces::*, 6> clinical_grids{
-    &store::ClinicalSurfaces::flexion_deg,           &store::ClinicalSurfaces::varus_deg,
-    &store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::anterior_mm,
-    &store::ClinicalSurfaces::proximal_mm,           &store::ClinicalSurfaces::lateral_mm};
-
 void add_component(Body& body, const Component& component, const Mesh& mesh)
 {
   const auto index = static_cast<std::int32_t>(body.components.size());
@@ -44,15 +39,8 @@ void solve_cell(store::MotionModel& model, Eigen::Index flexion, Eigen::Index va
   model.ty_mm(flexion, varus) = numbers[1];
   model.tz_mm(flexion, varus) = numbers[2];
   model.theta_deg(flexion, varus) = numbers[3];
-  const ClinicalCoordinates clinical = clinical_coordinates(X, side, model.rotation_centre_mm);
-  const std::array<double, 6> clinical_numbers{deg_from_rad(clinical.flexion_rad),
-                                               deg_from_rad(clinical.varus_rad),
-                                               deg_from_rad(clinical.internal_rotation_rad),
-                                               clinical.anterior_mm,
-                                               clinical.proximal_mm,
-                                               clinical.lateral_mm};
-  for (std::size_t k = 0; k < 6; ++k)
-    (model.clinical.*clinical_grids[k])(flexion, varus) = clinical_numbers[k];
+  const auto clinical = in_files(clinical_coordinates(X, side, model.rotation_centre_mm));
+  for (std::size_t k = 0; k < clinical.size(); ++k) model.clinical[k](flexion, varus) = clinical[k];
   for (store::GridB& grid : model.is_in_contact) grid(flexion, varus) = 1;
   model.theta_determined(flexion, varus) = 1;
   model.status(flexion, varus) = status_stable;
@@ -114,19 +102,14 @@ void add_follower(store::MotionModel& model, BodyIndex of, const Eigen::Vector3d
   rows.body.contact.mesh = box(centre_mm, {4, 6, 8});
   rows.body.contact.component.assign(static_cast<std::size_t>(rows.body.contact.mesh.triangles.rows()), 0);
   rows.status = model.status;
-  store::GridD* grids[] = {&rows.flexion_deg, &rows.rotation_deg, &rows.tilt_deg,
-                           &rows.anterior_mm, &rows.proximal_mm,  &rows.lateral_mm};
-  for (store::GridD* grid : grids) grid->resize(model.status.rows(), model.status.cols());
+  for (store::GridD& grid : rows.coordinates) grid.resize(model.status.rows(), model.status.cols());
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
       const JointCoordinates q = coordinates(model.flexion_deg[static_cast<std::size_t>(i)],
                                              model.varus_deg[static_cast<std::size_t>(j)]);
       const Pose X = follower_pose(q, side_named(model.side), centre_mm);
       for (Eigen::Index k = 0; k < 16; ++k) rows.X_of_follower.push_back(X.matrix()(k / 4, k % 4));
-      for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-        const double value = q(static_cast<Eigen::Index>(k));
-        (*grids[k])(i, j) = is_rotation(k) ? deg_from_rad(value) : value;
-      }
+      for (std::size_t k = 0; k < n_joint_coordinates; ++k) rows.coordinates[k](i, j) = in_files(q)[k];
     }
   }
   model.followers.push_back(std::move(rows));
@@ -158,8 +141,8 @@ void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus
                           &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg}) {
     (model.*grid)(flexion, varus) = (pending.*grid)(flexion, varus);
   }
-  for (const auto grid : clinical_grids)
-    (model.clinical.*grid)(flexion, varus) = (pending.clinical.*grid)(flexion, varus);
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    model.clinical[k](flexion, varus) = pending.clinical[k](flexion, varus);
   for (store::GridB& grid : model.is_in_contact) grid(flexion, varus) = -1;
   model.theta_determined(flexion, varus) = -1;
   std::fill_n(model.X_reference_moving.begin() +
@@ -208,6 +191,28 @@ void add_bodies(store::MotionModel& model)
   add_component(model.moving, {"block", "bone"}, placed(box({0, -30, 0}, {40, 10, 60})));
   add_component(model.moving, {"plate", "meniscus"}, placed(box({0, -22.5, 0}, {30, 5, 40})));
   model.compartment_of_triangle.assign(model.moving.contact.component.size(), 0);
+}
+
+store::MotionModel small_model()
+{
+  ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {-1, 0, 1};
+  store::MotionModel model = model_of(plan);
+  add_bodies(model);
+  unsolve(model, 1, 2);
+  add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  return model;
+}
+
+store::MotionModel small_sequence()
+{
+  ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {0};
+  store::MotionModel model = frames_of(model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
+  add_bodies(model);
+  return model;
 }
 
 }  // namespace vrda::test

@@ -40,6 +40,13 @@ store::MotionModel model_of(const ModelPlan& plan);
 store::MotionModel frames_of(const store::MotionModel& column, const std::vector<std::size_t>& order,
                              const std::vector<double>& keys);
 
+/// Flexion 0 to 30 by 10, varus -1 to 1, with bodies; the cell at 10 degrees, varus 1 is unsolved. The set
+/// "degree_1" has theta that grows with flexion.
+store::MotionModel small_model();
+
+/// Frames at 0, 0.5, 1 and 2 s with flexion 20, 0, 30, 10, and bodies.
+store::MotionModel small_sequence();
+
 /// Marks one cell as ended with no_contact, its numbers NaN.
 void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
 

@@ -14,23 +14,10 @@ namespace vrda::player_refusals_test {
 
 using test::Scratch;
 
-/// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 is unsolved.
-store::MotionModel knee_model()
-{
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20, 30};
-  plan.varus_deg = {-1, 0, 1};
-  store::MotionModel model = test::model_of(plan);
-  test::add_bodies(model);
-  test::unsolve(model, 1, 2);
-  test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{}; });
-  return model;
-}
-
 void knee(const Scratch& scratch)
 {
-  store::write_motion_model((scratch.path() / "knee.h5").string(), knee_model());
-  store::write_trace((scratch.path() / "knee.trace.h5").string(), test::trace_beside(knee_model()));
+  store::write_motion_model((scratch.path() / "knee.h5").string(), test::small_model());
+  store::write_trace((scratch.path() / "knee.trace.h5").string(), test::trace_beside(test::small_model()));
   const auto picture = [&](const char* name, int width) {
     view::write_png({width, 1, std::vector<std::uint8_t>(4 * static_cast<std::size_t>(width))},
                     (scratch.path() / name).string());
@@ -42,12 +29,7 @@ void knee(const Scratch& scratch)
 /// Four frames of a sequence.
 void walk(const Scratch& scratch)
 {
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20, 30};
-  plan.varus_deg = {0};
-  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
-  test::add_bodies(model);
-  store::write_motion_model((scratch.path() / "walk.h5").string(), model);
+  store::write_motion_model((scratch.path() / "walk.h5").string(), test::small_sequence());
 }
 
 /// A model with a valid seal that crashes HDF5 1.10.8: an object of its global heap has a huge length.
@@ -74,8 +56,8 @@ void damaged(const Scratch& scratch)
 void run(const Scratch& scratch)
 {
   const auto path = [&](const char* name) { return (scratch.path() / name).string(); };
-  store::write_motion_model(path("knee.h5.start.h5"), store::with_pending_cells(knee_model()));
-  store::write_motion_model(path("solved.h5.start.h5"), knee_model());
+  store::write_motion_model(path("knee.h5.start.h5"), store::with_pending_cells(test::small_model()));
+  store::write_motion_model(path("solved.h5.start.h5"), test::small_model());
 }
 
 class Refused : public testing::TestWithParam<test::RefusalRow> {};

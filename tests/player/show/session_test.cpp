@@ -502,14 +502,9 @@ TEST(ShownAttitude, OutsideTheRange)
 
 TEST(SessionOfFrames, Timeline)
 {
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20, 30};
-  plan.varus_deg = {0};
-  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
-  test::add_bodies(model);
   SessionOptions options = small_options();
   options.key = 0.5;
-  UsedSession used(options, model);
+  UsedSession used(options, test::small_sequence());
   EXPECT_EQ(used.session_.pose().key, 0.5);
   EXPECT_NEAR(used.flexion_deg(), 0.0, 1e-9);
   used.key(view::Key::right);

@@ -21,22 +21,9 @@ namespace vrda::show::show_test {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 is unsolved.
-store::MotionModel small_model()
-{
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20, 30};
-  plan.varus_deg = {-1, 0, 1};
-  store::MotionModel model = test::model_of(plan);
-  test::add_bodies(model);
-  test::unsolve(model, 1, 2);
-  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
-  return model;
-}
-
 class Show : public testing::Test {
  protected:
-  Show() { store::write_motion_model(file_, small_model()); }
+  Show() { store::write_motion_model(file_, test::small_model()); }
 
   ShowOptions options() const
   {
@@ -139,7 +126,7 @@ TEST_F(Show, UnsolvedAttitude)
 // Without any solved cell there is nothing to draw.
 TEST_F(Show, NothingSolved)
 {
-  const store::MotionModel pending = store::with_pending_cells(small_model());
+  const store::MotionModel pending = store::with_pending_cells(test::small_model());
   store::write_motion_model(file_, pending);
   const ShowSummary summary = run(options());
   EXPECT_EQ(summary.n_images, 0);
@@ -182,7 +169,7 @@ TEST_F(Show, VideoFrames)
 
 TEST_F(Show, VideoWithoutPose)
 {
-  store::MotionModel model = small_model();
+  store::MotionModel model = test::small_model();
   test::unsolve(model, 1, 1);
   store::write_motion_model(file_, model);
   ShowOptions given = options();
@@ -199,20 +186,9 @@ TEST_F(Show, VideoWithoutPose)
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
 }
 
-/// Flexion 20, 0, 30, 10 at 0, 0.5, 1 and 2 s.
-store::MotionModel walk()
-{
-  test::ModelPlan plan;
-  plan.flexion_deg = {0, 10, 20, 30};
-  plan.varus_deg = {0};
-  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
-  test::add_bodies(model);
-  return model;
-}
-
 class ShowFrames : public Show {
  protected:
-  ShowFrames() { store::write_motion_model(file_, walk()); }
+  ShowFrames() { store::write_motion_model(file_, test::small_sequence()); }
 };
 
 TEST_F(ShowFrames, DrawsFramesByTheirKeys)
@@ -236,7 +212,7 @@ TEST_F(ShowFrames, ChosenKeys)
 // Views size and mode of the job hold unless options are given.
 TEST_F(Show, JobDefaults)
 {
-  store::MotionModel model = small_model();
+  store::MotionModel model = test::small_model();
   model.job.resolved =
       "[player]\ndisplay_px = [80, 60]\nzoom = 2\nrender = \"wire\"\n"
       "[[player.view]]\nnumber = 2\norientation_deg = [0, 90, 0]\n[[player.view]]\nnumber = 5\n";
