@@ -48,42 +48,42 @@ LazyDistance::LazyDistance(const Body& body)
                    std::numeric_limits<float>::quiet_NaN());
 }
 
-double LazyDistance::node_mm(std::size_t row, const Array3i& node)
+float LazyDistance::node_mm(const Array3i& node) const
 {
-  float& value_mm = value_mm_[row];
-  if (std::isnan(value_mm)) {
-    const Vector3d p_mm = first_mm_ + cell_mm_ * node.cast<double>();
-    double least_mm = std::numeric_limits<double>::infinity();
-    for (const NearestSurface& surface : surfaces_)
-      least_mm = std::min(least_mm, signed_distance_mm(surface, p_mm));
-    value_mm = static_cast<float>(least_mm);
-  }
-  return value_mm;
+  const Vector3d p_mm = first_mm_ + cell_mm_ * node.cast<double>();
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (const NearestSurface& surface : surfaces_)
+    least_mm = std::min(least_mm, signed_distance_mm(surface, p_mm));
+  return static_cast<float>(least_mm);
 }
 
 LazyDistance::Sample LazyDistance::sample(const Vector3d& p_mm)
 {
   const Array3d at = (p_mm.array() - first_mm_) / cell_mm_;
-  const Array3i low = at.floor().cast<int>();
-  if ((low < 0).any() || (low + 1 >= n_).any()) return {margin_mm, Vector3d::Zero()};
-  const Array3d t = at - low.cast<double>();
-  Sample sample;
+  if (!((at >= 0.0).all() && (at < n_.cast<double>() - 1.0).all())) return {margin_mm, Vector3d::Zero()};
+  const Array3i low = at.cast<int>();
+  const auto stride_y = static_cast<std::size_t>(n_.x()),
+             stride_z = stride_y * static_cast<std::size_t>(n_.y());
+  const std::size_t row = static_cast<std::size_t>(low.z()) * stride_z +
+                          static_cast<std::size_t>(low.y()) * stride_y + static_cast<std::size_t>(low.x());
+  std::array<double, 8> v;
   for (int k = 0; k < 8; ++k) {
-    const Array3i bit(k & 1, k >> 1 & 1, k >> 2 & 1);
-    const Array3i node = low + bit;
-    const std::size_t row = (static_cast<std::size_t>(node.z()) * static_cast<std::size_t>(n_.y()) +
-                             static_cast<std::size_t>(node.y())) *
-                                static_cast<std::size_t>(n_.x()) +
-                            static_cast<std::size_t>(node.x());
-    const Array3d high = bit.cast<double>(), weight = high * t + (1.0 - high) * (1.0 - t),
-                  sign = 2.0 * high - 1.0;
-    const double value_mm = node_mm(row, node);
-    sample.distance_mm += weight.prod() * value_mm;
-    sample.gradient += value_mm / cell_mm_ *
-                       Vector3d(sign.x() * weight.y() * weight.z(), sign.y() * weight.x() * weight.z(),
-                                sign.z() * weight.x() * weight.y());
+    const Array3i bit(k & 1, k >> 1 & 1, k >> 2);
+    float& value_mm =
+        value_mm_[row + static_cast<std::size_t>(bit.x()) + static_cast<std::size_t>(bit.y()) * stride_y +
+                  static_cast<std::size_t>(bit.z()) * stride_z];
+    if (std::isnan(value_mm)) value_mm = node_mm(low + bit);
+    v[static_cast<std::size_t>(k)] = value_mm;
   }
-  return sample;
+  const Array3d t = at - low.cast<double>();
+  const auto mixed = [](double a, double b, double part) { return a + part * (b - a); };
+  const double y0z0 = mixed(v[0], v[1], t.x()), y1z0 = mixed(v[2], v[3], t.x()),
+               y0z1 = mixed(v[4], v[5], t.x()), y1z1 = mixed(v[6], v[7], t.x());
+  const double z0 = mixed(y0z0, y1z0, t.y()), z1 = mixed(y0z1, y1z1, t.y());
+  const Vector3d by_cell(
+      mixed(mixed(v[1] - v[0], v[3] - v[2], t.y()), mixed(v[5] - v[4], v[7] - v[6], t.y()), t.z()),
+      mixed(y1z0 - y0z0, y1z1 - y0z1, t.z()), z1 - z0);
+  return {mixed(z0, z1, t.z()), by_cell / cell_mm_};
 }
 
 namespace {
@@ -145,6 +145,7 @@ class Laying {
     bool is_lifted = false;
     for (const Near& near : nears()) {
       const LazyDistance::Sample sample = sample_of(*near.body, path_mm_[i]);
+      if (sample.distance_mm >= clearance_mm_) continue;
       // An end inside a body is left at an angle of 45 degrees.
       const double wanted_mm =
           std::min({clearance_mm_, near.first_mm + (path_mm_[i] - path_mm_.front()).norm(),

@@ -23,12 +23,12 @@ class LazyDistance {
     double distance_mm = 0.0;  ///< negative inside; at least 6 beyond the surfaces' box
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   };
-  /// Trilinear, in the body's frame. Cost: a nearest triangle a new node, else 0.05 microseconds. No
+  /// Trilinear, in the body's frame. Cost: a nearest triangle a new node, else 0.02 microseconds. No
   /// allocation.
   Sample sample(const Eigen::Vector3d& p_mm);
 
  private:
-  double node_mm(std::size_t row, const Eigen::Array3i& node);
+  float node_mm(const Eigen::Array3i& node) const;
 
   std::vector<NearestSurface> surfaces_;
   double cell_mm_ = 2.0;

@@ -241,6 +241,18 @@ void Comparison::add_shots(std::vector<view::Shot>& shots, const view::Camera& c
     shots.push_back({camera, column(area, is_own ? 0 : 1, 2), is_own, !is_own});
 }
 
+std::span<const view::ScreenLabel> Comparison::labels(JointView& first, std::span<const view::Shot> shots)
+{
+  std::size_t n = 0;
+  for (const view::Shot& shot : shots) {
+    for (const view::ScreenLabel& label : (shot.has_own ? first : joint_).labels({&shot, 1})) {
+      if (n == labels_.size()) labels_.emplace_back();
+      labels_[n++] = label;
+    }
+  }
+  return std::span(labels_).first(n);
+}
+
 std::vector<Eigen::Vector3d> Comparison::framed_points(const store::JointPose& pose,
                                                        std::optional<double> varus_rad, BodyIndex fixed,
                                                        view::Framing framing)

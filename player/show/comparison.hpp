@@ -53,6 +53,9 @@ class Comparison {
   /// Appends the shots of a camera over `area`: of both joints, or of each of them.
   void add_shots(std::vector<view::Shot>& shots, const view::Camera& camera,
                  const view::Viewport& area) const;
+  /// The names of the joint of each shot, of the first where both are; valid until the next call. Allocates
+  /// nothing once warm.
+  std::span<const view::ScreenLabel> labels(JointView& first, std::span<const view::Shot> shots);
   /// The points to be framed at the second's pose there, world.
   std::vector<Eigen::Vector3d> framed_points(const store::JointPose& pose, std::optional<double> varus_rad,
                                              BodyIndex fixed, view::Framing framing);
@@ -72,6 +75,7 @@ class Comparison {
   std::vector<std::size_t> lacking_;  ///< rows of structures that are removed
   std::string name_;
   std::array<char, 240> caption_{};
+  std::vector<view::ScreenLabel> labels_;
   view::Differences differences_;
   const store::Motion* sampled_ = nullptr;  ///< of the first, in `differences_`
   std::optional<double> sampled_varus_rad_;

@@ -77,16 +77,15 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
             store::displayed_name(model_, BodyIndex::moving), model_.joint, view::model_warnings(model_),
             view::has_doubtful_poses(model_), options.other.is_wanted(),
             view::verdict_sentences(model_, store::all_set_names(model_)),
-            view::rotation_plots(model_, store::all_set_names(model_))}),
+            view::rotation_plots(model_, store::all_set_names(model_)),
+            view::default_motion_remark(model_, store::default_motion(model_).set),
+            row_of(model_, store::default_motion(model_).set)}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
 {
   if (options.other.is_wanted()) other_.emplace(model_, options.other, options.appearance, options.backdrop);
   state_.set = row_of(model_, options.set);
-  const std::string shown = store::default_motion(model_).set;
-  remark_ = view::default_motion_remark(model_, shown);
-  if (!remark_.empty()) remarked_set_ = row_of(model_, shown);
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
@@ -347,7 +346,8 @@ view::GuiFrame Session::frame_of(int width, int height)
   frame.width = width;
   frame.height = height;
   frame.key = view::colour_key(joint_.layers(), state_.layers);
-  if (state_.layers.has(view::Layer::labels)) frame.labels = joint_.labels(shots().first(1));
+  if (state_.layers.has(view::Layer::labels))
+    frame.labels = other_ ? other_->labels(joint_, shots()) : joint_.labels(shots());
   if (other_) frame.differences = &other_->differences(motion(), state_.varus_rad);
   return frame;
 }
@@ -362,9 +362,7 @@ void Session::draw_interface(double elapsed_s)
   update_marks();
   frame.marks = marks_;
   message_left_s_ -= elapsed_s;
-  readout_.message = message_left_s_ > 0.0         ? message_.c_str()
-                     : state_.set == remarked_set_ ? remark_.c_str()
-                                                   : nullptr;
+  readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
   update_card();
   frame.list = &list_;
   const view::SectionKind section = state_.section.kind;

@@ -167,8 +167,6 @@ class Session {
   double still_s_ = 0.0;      ///< since the last change of the picture
   bool has_same_picture_ = false;
   bool takes_picture_ = false, saves_view_ = false, toggles_full_screen_ = false, leaves_full_screen_ = false;
-  std::optional<std::size_t> remarked_set_;  ///< the default motion, if it is not the smoothed one
-  std::string remark_;                       ///< why; shown with that set
   std::string message_;
   double message_left_s_ = 0.0;
 };

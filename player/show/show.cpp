@@ -117,8 +117,7 @@ class SeriesRenderer {
     shots_.clear();
     place_shots(column(area_, 0, look_.views.size()), {});
     tiled_ = cameras_for(poses, aspect_of(shots_[0].viewport));
-    joint_.show(set_.motion, poses.front(), wanted_);
-    if (other_) other_->show(joint_, poses.front(), varus_rad(), wanted_);
+    place(poses.front());
     renderer_->load(joint_.scene());
     if (gui_) renderer_->load(gui_->font());
   }
@@ -135,7 +134,13 @@ class SeriesRenderer {
   }
 
   /// Renders all views side by side. The result is valid until the next call.
-  const view::Image& draw_tiled(const store::JointPose& pose);
+  const view::Image& draw_tiled(const store::JointPose& pose, const std::function<void()>& meanwhile);
+  /// Prepares the scene for the next draw.
+  void place(const store::JointPose& pose)
+  {
+    joint_.show(set_.motion, pose, wanted_);
+    if (other_) other_->show(joint_, pose, varus_rad(), wanted_);
+  }
 
  private:
   std::optional<double> varus_rad() const
@@ -173,7 +178,8 @@ class SeriesRenderer {
       interface.rotations = view::rotation_plots(model, interface.sets);
     }
     if (options_.has_numbers || is_doubtful_drawn) interface.warnings = view::model_warnings(model);
-    if (set.has_gaps) remark_ = view::default_motion_remark(model, set.name);
+    if (set.has_gaps && options_.has_numbers) interface.remark = view::default_motion_remark(model, set.name);
+    interface.remarked_set = 0;
     gui_.emplace(interface);
     area_ = gui_->free_area(look_.size.width, look_.size.height, {}, false);
   }
@@ -209,7 +215,8 @@ class SeriesRenderer {
     frame.width = look_.size.width;
     frame.height = look_.size.height;
     if (options_.has_numbers) frame.key = view::colour_key(joint_.layers(), wanted_);
-    if (wanted_.has(view::Layer::labels)) frame.labels = joint_.labels(shots_);
+    if (wanted_.has(view::Layer::labels))
+      frame.labels = other_ ? other_->labels(joint_, shots_) : joint_.labels(shots_);
     if (other_) frame.differences = &other_->differences(set_.motion, varus_rad());
     view::PlayerRange range;
     range.is_varus_free = set_.motion.is_varus_free();
@@ -218,19 +225,17 @@ class SeriesRenderer {
       readout.gap = {};
       readout.doubt = nullptr;
     }
-    if (!remark_.empty()) readout.message = remark_.c_str();
     readout.is_varus_balanced = !options_.varus_deg.has_value();
     view::PlayerState state;
     state.shows_numbers = options_.has_numbers;
     return &gui_->static_overlay(frame, state, range, readout);
   }
 
-  const view::Image& drawn(const store::JointPose& pose)
+  const view::Image& drawn(const store::JointPose& pose, const std::function<void()>& meanwhile = {})
   {
-    joint_.show(set_.motion, pose, wanted_);
-    if (other_) other_->show(joint_, pose, varus_rad(), wanted_);
+    place(pose);
     for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, joint_.scene());
-    return renderer_->draw(joint_.scene(), shots_, overlay_for(pose));
+    return renderer_->draw(joint_.scene(), shots_, overlay_for(pose), meanwhile);
   }
 
   const ShowOptions& options_;
@@ -242,20 +247,20 @@ class SeriesRenderer {
   std::optional<Comparison> other_;
   view::LayerSet wanted_;
   std::unique_ptr<view::Renderer> renderer_;
-  std::string remark_;            ///< why the solved poses are the default motion, or empty
   std::optional<view::Gui> gui_;  ///< with --numbers, labels or doubtful poses
   view::Viewport area_;           ///< of the picture, below the warnings
   std::vector<view::Camera> single_, tiled_;
   std::vector<view::Shot> shots_;
 };
 
-const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose)
+const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose,
+                                              const std::function<void()>& meanwhile)
 {
   shots_.clear();
   for (std::size_t view = 0; view < look_.views.size(); ++view)
     place_shots(column(area_, view, look_.views.size()), tiled_[view]);
   for (view::Shot& shot : shots_) shot.camera.aspect = aspect_of(shot.viewport);
-  return drawn(pose);
+  return drawn(pose, meanwhile);
 }
 
 // What is drawn.
@@ -500,7 +505,15 @@ void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<
   }
   const view::PictureSize size = maker.look().size;
   VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
-  for (const store::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
+  // While a frame is drawn the last one is encoded and the next one is placed.
+  const view::Image* last = nullptr;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    last = &maker.draw_tiled(poses[k], [&] {
+      if (last != nullptr) video.add(*last);
+      if (k + 1 < poses.size()) maker.place(poses[k + 1]);
+    });
+  }
+  video.add(*last);
   video.finish();
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {

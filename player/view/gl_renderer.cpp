@@ -724,9 +724,14 @@ class GlRenderer final : public Renderer {
 
   int width() const override { return options_.width; }
   int height() const override { return options_.height; }
-  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override
+  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay,
+                    const std::function<void()>& meanwhile) override
   {
     draw_frame(scene, shots, overlay, false);
+    if (meanwhile) {
+      gl_.Flush();
+      meanwhile();
+    }
     read_pixels();
     check(gl_.GetError() == GL_NO_ERROR, "a frame is drawn without an OpenGL error");
     return image_;

@@ -55,6 +55,7 @@ namespace vrda::view {
   X(EnableVertexAttribArray, void(unsigned))                                              \
   X(EndQuery, void(unsigned))                                                             \
   X(Finish, void())                                                                       \
+  X(Flush, void())                                                                        \
   X(FramebufferRenderbuffer, void(unsigned, unsigned, unsigned, unsigned))                \
   X(FramebufferTexture2D, void(unsigned, unsigned, unsigned, unsigned, int))              \
   X(GenBuffers, void(int, unsigned*))                                                     \

@@ -118,13 +118,20 @@ void append(Overlay& overlay, const ImDrawList& list)
 }
 
 /// Colour-blind safe (Okabe and Ito 2008), the lighter ones first.
+constexpr std::array line_colours{IM_COL32(86, 180, 233, 255), IM_COL32(230, 159, 0, 255),
+                                  IM_COL32(0, 178, 130, 255),  IM_COL32(224, 140, 187, 255),
+                                  IM_COL32(240, 228, 66, 255), IM_COL32(233, 110, 40, 255),
+                                  IM_COL32(190, 190, 190, 255)};
+
 ImU32 line_colour(std::size_t k)
 {
-  constexpr std::array colours{IM_COL32(86, 180, 233, 255), IM_COL32(230, 159, 0, 255),
-                               IM_COL32(0, 178, 130, 255),  IM_COL32(224, 140, 187, 255),
-                               IM_COL32(240, 228, 66, 255), IM_COL32(233, 110, 40, 255),
-                               IM_COL32(190, 190, 190, 255)};
-  return colours[k % colours.size()];
+  return line_colours[k % line_colours.size()];
+}
+
+/// A colour that is used again is that of a dashed line.
+bool is_dashed(std::size_t k)
+{
+  return k >= line_colours.size();
 }
 
 ImU32 with_alpha(ImU32 colour, ImU32 alpha)
@@ -278,21 +285,44 @@ struct Panels {
     for (const std::string& set : shown.sets) set_labels.push_back(set_label(set));
   }
 
-  /// Height of the strip of warnings above a picture of this width; 0 without warnings.
+  static int covered_px(float px) { return static_cast<int>(std::ceil(px)); }
+
+  /// Of a window without its controls.
+  Viewport area_of(int width, int height, const PlayerState& state, bool has_controls) const
+  {
+    if (!state.shows_panel || !has_controls) return {0, 0, width, height};
+    return {0, 0, std::max(1, width - covered_px(panel_width_px)),
+            std::max(1, height - covered_px(bar_height_px))};
+  }
+
+  /// Of the text of the strip above a picture; in a small window the remark is there, beside the joint.
+  static bool is_folded(const Viewport& area) { return picture_scale(area) < folded_below; }
+  bool has_remark(const PlayerState& state) const
+  {
+    return !options.remark.empty() && state.set == options.remarked_set;
+  }
+  static float strip_scale(const Viewport& area) { return is_folded(area) ? picture_scale(area) : 1.0F; }
+
+  /// Height of the strip of warnings in this area; 0 without warnings.
   float warnings_height_px(const Viewport& area) const
   {
-    if (options.warnings.empty() && !options.has_doubtful_poses) return 0.0F;
+    const bool is_remarked = is_folded(area) && !options.remark.empty();
+    if (options.warnings.empty() && !options.has_doubtful_poses && !is_remarked) return 0.0F;
+    const float letter_px = strip_scale(area) * em_px;
     const float margin = strip_margin_em * em_px;
     const float spacing = ImGui::GetStyle().ItemSpacing.y,
                 wrap = static_cast<float>(area.width) - 2.0F * margin;
     const ImFont& font = *ImGui::GetIO().Fonts->Fonts[0];
-    float height = 2.0F * margin + (options.has_doubtful_poses ? pose_lines * em_px + spacing : 0.0F);
-    for (const std::string& warning : options.warnings)
-      height += font.CalcTextSizeA(em_px, FLT_MAX, wrap, warning.c_str()).y + spacing;
+    const auto height_px = [&](const std::string& text) {
+      return font.CalcTextSizeA(letter_px, FLT_MAX, wrap, text.c_str()).y + spacing;
+    };
+    float height = 2.0F * margin + (options.has_doubtful_poses ? pose_lines * letter_px + spacing : 0.0F);
+    for (const std::string& warning : options.warnings) height += height_px(warning);
+    if (is_remarked) height += height_px(options.remark);
     return std::min(height, highest_strip_part * static_cast<float>(area.height));
   }
 
-  void draw_warnings()
+  void draw_warnings(const PlayerState& state)
   {
     if (picture.y == 0) return;
     const float margin = strip_margin_em * em_px;
@@ -301,10 +331,12 @@ struct Panels {
     ImGui::SetNextWindowBgAlpha(1.0F);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(margin, margin));
     ImGui::Begin("warnings", nullptr, text_only);
+    ImGui::SetWindowFontScale(strip_scale(uncovered));
     ImGui::PushStyleColor(ImGuiCol_Text, warning_colour);
     if (readout->doubt != nullptr) ImGui::TextWrapped("%s", readout->doubt);
     ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), margin));
     for (const std::string& warning : options.warnings) ImGui::TextWrapped("%s", warning.c_str());
+    if (has_remark(state) && is_folded(uncovered)) ImGui::TextWrapped("%s", options.remark.c_str());
     ImGui::PopStyleColor();
     ImGui::End();
     ImGui::PopStyleVar();
@@ -424,7 +456,9 @@ struct Panels {
     ImGui::PushTextWrapPos(message_width_em * em_px);
     if (!is_small() && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
       ImGui::TextUnformatted(options.verdicts[state.set].c_str());
-    if (readout->message != nullptr) ImGui::TextColored(warning_colour, "%s", readout->message);
+    const bool is_remarked = has_remark(state) && !is_folded(uncovered) && readout->message == nullptr;
+    const char* const message = is_remarked ? options.remark.c_str() : readout->message;
+    if (message != nullptr) ImGui::TextColored(warning_colour, "%s", message);
     ImGui::PopTextWrapPos();
     if (!is_small() && state.set < options.rotations.of_sets.size()) draw_rotations(state.set);
     numbers_px = window_px();
@@ -658,7 +692,8 @@ struct Panels {
                            point(i - 1, line.high[i - 1]), with_alpha(line_colour(k), band_alpha));
       list.Flags |= ImDrawListFlags_AntiAliasedFill;
       for (std::size_t i = 0; i < line.values.size(); ++i) {
-        const bool has_value = !std::isnan(line.values[i]);
+        const bool is_between = is_dashed(k) && i % 4 == 3;
+        const bool has_value = !std::isnan(line.values[i]) && !is_between;
         if (has_value) list.PathLineTo(point(i, line.values[i]));
         if (!has_value || i + 1 == line.values.size()) list.PathStroke(line_colour(k), 0, line.width_px);
       }
@@ -681,11 +716,12 @@ struct Panels {
   {
     float x = left, y = ImGui::GetCursorPosY();
     for (std::size_t k = 0; k < lines.size(); ++k) {
-      const char* name = lines[k].name.c_str();
-      const float needed = ImGui::CalcTextSize(name).x;
+      const char* const mark = is_dashed(k) ? "- - " : "";
+      const char* const name = lines[k].name.c_str();
+      const float needed = ImGui::CalcTextSize(mark).x + ImGui::CalcTextSize(name).x;
       if (x > left && x + needed > left + wide) x = left, y += ImGui::GetTextLineHeightWithSpacing();
       ImGui::SetCursorPos(ImVec2(x, y));
-      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(line_colour(k)), "%s", name);
+      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(line_colour(k)), "%s%s", mark, name);
       x += needed + 0.8F * ImGui::GetFontSize();
     }
   }
@@ -795,7 +831,7 @@ struct Panels {
     ImGui::Spacing();
     ImGui::TextDisabled("%s (Up, Down)", kind().words[1].positive);
     ImGui::SameLine(10.0F * em_px);
-    ImGui::Text("%.1f°", static_cast<double>(varus_deg));
+    ImGui::Text("%.1f°", shown_deg(rad_from_deg(static_cast<double>(varus_deg))));
     if (range->is_varus_free || range->first_varus_rad >= range->last_varus_rad) {
       ImGui::TextDisabled(range->is_varus_free ? "fixed by this set" : "one angle only");
       return state;
@@ -959,7 +995,7 @@ struct Panels {
   const GuiFrame* frame = nullptr;
   const PlayerRange* range = nullptr;
   const Readout* readout = nullptr;
-  Viewport picture;               ///< below the warnings
+  Viewport uncovered, picture;    ///< left and above of the controls; that below the warnings
   ImVec4 numbers_px, legends_px;  ///< boxes of the last frame
 };
 
@@ -1027,11 +1063,12 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   panels.frame = &frame;
   panels.range = &range;
   panels.readout = &readout;
+  panels.uncovered = panels.area_of(frame.width, frame.height, state, frame.has_controls);
   panels.picture = free_area(frame.width, frame.height, state, frame.has_controls);
   has_open_menu = false;
   closes_menu = std::exchange(panels.closes_menu, false);
   GuiResult answer{state, Action::none};
-  panels.draw_warnings();
+  panels.draw_warnings(state);
   if (!state.shows_numbers) panels.numbers_px = {};
   panels.draw_labels();
   panels.legends_px = {};
@@ -1077,13 +1114,9 @@ const Overlay& Gui::overlay() const
 Viewport Gui::free_area(int width, int height, const PlayerState& state, bool has_controls) const
 {
   ImGui::SetCurrentContext(inner_->context);
-  const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
-  Viewport area{0, 0, width, height};
-  if (state.shows_panel && has_controls)
-    area = {0, 0, std::max(1, width - covered(inner_->panel_width_px)),
-            std::max(1, height - covered(inner_->bar_height_px))};
-  const int strip_px = covered(inner_->warnings_height_px(area));
-  const int plots_px = covered(inner_->differences_height_px(area));
+  const Viewport area = inner_->area_of(width, height, state, has_controls);
+  const int strip_px = Inner::covered_px(inner_->warnings_height_px(area));
+  const int plots_px = Inner::covered_px(inner_->differences_height_px(area));
   return {0, strip_px, area.width, std::max(1, area.height - strip_px - plots_px)};
 }
 

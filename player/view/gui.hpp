@@ -50,6 +50,8 @@ struct GuiOptions {
   bool has_differences = false;                       ///< leaves room for GuiFrame::differences
   std::vector<std::string> verdicts = {};             ///< of `sets`, one sentence each; or empty
   RotationPlots rotations = {};                       ///< of `sets`
+  std::string remark = {};                            ///< on one set
+  std::optional<std::size_t> remarked_set = {};
 };
 
 /// The pointer, in pixels from the top left corner of the window.

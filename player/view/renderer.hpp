@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -85,7 +86,9 @@ class Renderer {
   /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
   /// drawables (and Scene::other); uploads meshes and colours of a new revision. The image is valid until the
   /// next draw. Allocates nothing except for a growing overlay or mesh.
-  virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
+  /// `meanwhile` is called while other threads still draw, and may change the scene.
+  virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay,
+                            const std::function<void()>& meanwhile = {}) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
   virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Presents the last picture with another overlay, without drawing its surfaces again. False if it is not

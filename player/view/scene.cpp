@@ -1,6 +1,9 @@
 #include "view/scene.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/schema.hpp"
 #include "core/text.hpp"
@@ -509,10 +512,18 @@ Material marker_material(const VertexColour& colour)
 
 void update_box(Drawable& drawable)
 {
-  Eigen::AlignedBox3d box_mm;
-  for (const std::uint32_t index : drawable.mesh.triangles)
-    box_mm.extend(as_vector(drawable.mesh.vertices[index].position_mm));
-  drawable.box_mm = box_mm.isEmpty() ? Eigen::AlignedBox3d(Eigen::Vector3d::Zero()) : box_mm;
+  constexpr float none_mm = std::numeric_limits<float>::infinity();
+  std::array<float, 3> low_mm{none_mm, none_mm, none_mm}, high_mm{-none_mm, -none_mm, -none_mm};
+  for (const std::uint32_t index : drawable.mesh.triangles) {
+    const std::array<float, 3>& p_mm = drawable.mesh.vertices[index].position_mm;
+    for (std::size_t k = 0; k < 3; ++k) {
+      low_mm[k] = std::min(low_mm[k], p_mm[k]);
+      high_mm[k] = std::max(high_mm[k], p_mm[k]);
+    }
+  }
+  drawable.box_mm = drawable.mesh.triangles.empty()
+                        ? Eigen::AlignedBox3d(Eigen::Vector3d::Zero())
+                        : Eigen::AlignedBox3d(as_vector(low_mm), as_vector(high_mm));
 }
 
 namespace {

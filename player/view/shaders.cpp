@@ -339,16 +339,18 @@ void main()
 
 const char* const smoothing_fragment_shader = R"(
 uniform sampler2D source;
+uniform vec2 corner_px;
+uniform vec2 size_px;
 uniform float radius_mm;
 out vec4 pixel;
 void main()
 {
-  ivec2 at = ivec2(gl_FragCoord.xy), last = textureSize(source, 0) - 1;
+  ivec2 at = ivec2(gl_FragCoord.xy), first = ivec2(corner_px) / 2, last = ivec2(corner_px + size_px - 1.0) / 2;
   vec2 own = texelFetch(source, at, 0).rg;
   float sum = 0.0, weights = 0.0;
   for (int y = -2; y < 2; ++y) {
     for (int x = -2; x < 2; ++x) {
-      vec2 other = texelFetch(source, clamp(at + ivec2(x, y), ivec2(0), last), 0).rg;
+      vec2 other = texelFetch(source, clamp(at + ivec2(x, y), first, last), 0).rg;
       float weight = max(1.0 - 4.0 * abs(other.g - own.g) / radius_mm, 0.0);
       sum += weight * other.r;
       weights += weight;
@@ -361,12 +363,15 @@ void main()
 // Multiplied into the picture.
 const char* const darkening_fragment_shader = R"(
 uniform sampler2D source;
+uniform vec2 corner_px;
+uniform vec2 size_px;
 uniform float radius_mm;
 out vec4 pixel;
 void main()
 {
   // Pixel 2 k has the value k, pixel 2 k + 1 is between two values: of the nearer surface, if they differ.
-  ivec2 a = ivec2(gl_FragCoord.xy) / 2, b = min((ivec2(gl_FragCoord.xy) + 1) / 2, textureSize(source, 0) - 1);
+  ivec2 a = ivec2(gl_FragCoord.xy) / 2,
+        b = min((ivec2(gl_FragCoord.xy) + 1) / 2, ivec2(corner_px + size_px - 1.0) / 2);
   vec2 four[4] = vec2[](texelFetch(source, a, 0).rg, texelFetch(source, ivec2(b.x, a.y), 0).rg,
                         texelFetch(source, ivec2(a.x, b.y), 0).rg, texelFetch(source, b, 0).rg);
   float nearest = min(min(four[0].g, four[1].g), min(four[2].g, four[3].g));

@@ -111,14 +111,15 @@ export class Labels {
     this.parent.replaceChildren(this.svg, ...this.spans);
   }
 
-  /// Where the sides are in the picture; null if the picture is along them.
-  #sides(camera) {
+  /// Where the sides are in the picture; null if the picture is along them, and of a side that is cut away.
+  #sides(camera, isCut) {
     const { clientWidth: width, clientHeight: height } = this.parent, sides = this.joint.labels.filter(({ isSide }) => isSide);
     const [a, b] = sides.map(({ points: [{ body, point }] }) => new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrixWorld));
     if (!a || !this.joint.bodies.moving.visible) return [null, null];
     const across = b.clone().sub(a), sight = a.clone().add(b).multiplyScalar(0.5).sub(camera.position).normalize();
     if (across.clone().addScaledVector(sight, -across.dot(sight)).length() < leastSide * across.length()) return [null, null];
     return [a, b].map((p) => {
+      if (isCut(p)) return null;
       const { x, y } = p.project(camera);
       return { x: (width * (1 + x)) / 2, y: (height * (1 - y)) / 2 };
     });
@@ -132,11 +133,12 @@ export class Labels {
   }
 
   /// Places the spans. `seen(numberOf, step)`: { ids, columns, rows } of the picture, as in anchorsOf, of the labels numberOf(structure).
-  place(camera, seen) {
+  /// `isCut(point)`: whether a section removes it.
+  place(camera, seen, isCut) {
     if (this.parent.hidden || !this.joint) return;
     const { clientWidth, clientHeight } = this.parent, { labels } = this.joint, step = idStep;
     const { ids, columns, rows } = seen((structure) => labels.findIndex(({ isOf, isSide }) => !isSide && isOf(structure)), step);
-    const sides = this.#sides(camera), anchors = anchorsOf(ids, columns, rows, labels.length, step).map((own, k) => (labels[k].isSide ? sides.shift() : own));
+    const sides = this.#sides(camera, isCut), anchors = anchorsOf(ids, columns, rows, labels.length, step).map((own, k) => (labels[k].isSide ? sides.shift() : own));
     const shown = labels.map((label, k) => ({ ...label, ...anchors[k], k })).filter(({ k }) => anchors[k]);
     const measured = shown.map(({ x, y, k, isSide }) => ({ x, y, isSide, width: this.spans[k].offsetWidth, height: this.spans[k].offsetHeight, before: this.before[k] }));
     const isCovered = (x, y) => (ids[columns * (rows - 1 - Math.floor(y / step)) + Math.floor(x / step)] ?? nothing) !== nothing;

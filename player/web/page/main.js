@@ -650,14 +650,14 @@ byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map(
 byId("full").addEventListener("click", () => toggleFull());
 addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
 /// The labels of each joint with a picture of its own, and what is seen of it.
-const namedJoints = () => (viewer.renderer ? [labels, otherLabels] : []).map((one) => [one, (numberOf, step) => viewer.seenIds(numberOf, step, one.joint)]);
+const namedJoints = () => (viewer.renderer ? [labels, otherLabels] : []).map((one) => [one, (numberOf, step) => viewer.seenIds(numberOf, step, one.joint), (p) => viewer.isCut(p)]);
 viewer.onDrawn = (camera) => {
-  for (const [one, seen] of namedJoints()) one.place(camera, seen);
+  for (const [one, ...what] of namedJoints()) one.place(camera, ...what);
   const own = byId("teach").open ? editor.arrow : lesson.step?.arrow, drawn = comparison.isSide ? [joint, comparison.joint] : [joint];
   const bodyOf = ({ bodies }) => Object.entries(bodies).find(([name]) => bodyPath(name) === own.body)?.[1];
   arrows.forEach((arrow, k) => arrow.place(k < drawn.length ? own : undefined, k < drawn.length && own && bodyOf(drawn[k]), camera, k, drawn.length));
 };
-viewer.onStill = (camera) => { for (const [one, seen] of namedJoints()) one.settle(camera, seen); };
+viewer.onStill = (camera) => { for (const [one, ...what] of namedJoints()) one.settle(camera, ...what); };
 viewer.onTouch = touch;
 viewer.onTurned = () => {
   isFree = true;

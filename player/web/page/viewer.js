@@ -223,7 +223,7 @@ export class Viewer {
     const meshes = panes[pane].flatMap((joint) => joint.pickable());
     const at = (dx, dy) => {
       this.ray.setFromCamera(new Vector2((2 * (x - pane * width + dx)) / width - 1, 1 - (2 * (y + dy)) / clientHeight), this.camera);
-      const hits = this.ray.intersectObjects(meshes, false).filter(({ point }) => !this.section || !isRemoved(this.section, point, this.camera.position));
+      const hits = this.ray.intersectObjects(meshes, false).filter(({ point }) => !this.isCut(point));
       return hits.find(({ object }) => object.material.uniforms.opacity.value >= 0.5) ?? hits[0];
     };
     const hit = at(0, 0), isThin = (one) => one?.object.userData.isThin;
@@ -257,6 +257,11 @@ export class Viewer {
   }
 
   /// Where the camera is and looks, mm, in the frame of the picture, and its roll about that line, degrees (schemas/view-state.md).
+  /// Whether the section removes a point; mm, drawn axes.
+  isCut(point) {
+    return this.section !== null && isRemoved(this.section, point, this.camera.position);
+  }
+
   get place() {
     const { camera, controls } = this, { right, up } = uprightAxes(camera.position, controls.target), own = X.clone().applyQuaternion(camera.quaternion);
     return { eye_mm: camera.position.toArray(), target_mm: controls.target.toArray(), roll: MathUtils.radToDeg(Math.atan2(own.dot(up), own.dot(right))) };

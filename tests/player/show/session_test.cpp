@@ -268,6 +268,37 @@ TEST(Comparison, Differences)
   EXPECT_EQ(found.plots[1].lines[0].name, "anterior");
 }
 
+// Of two joints that differ by 6 mm at the last flexion, each has its own names.
+TEST(Comparison, Names)
+{
+  const store::MotionModel model = small_model();
+  const store::Motion motion(model, "raw");
+  ComparisonOptions options;
+  options.set = "raw";
+  options.file = "second.h5";
+  options.model = std::make_shared<const store::MotionModel>(small_model(0.3));
+  JointView first(model, {}, view::Backdrop::studio);
+  Comparison other(model, options, {}, view::Backdrop::studio);
+  const store::JointPose pose = motion.at({rad_from_deg(model.flexion_deg.back()), 0.0});
+  view::CameraFit fit(view::view_rotation(view::View::oblique, Side::right));
+  fit.include(first.framed_points(pose, view::Framing::all));
+  const view::LayerSet layers = view::parsed_layers("labels");
+  first.show(motion, pose, layers);
+  other.show(first, pose, 0.0, layers);
+  std::vector<view::Shot> shots;
+  other.add_shots(shots, fit.camera(), {0, 0, 800, 600});
+  const std::span<const view::ScreenLabel> labels = other.labels(first, shots);
+  const std::size_t n = labels.size() / 2;
+  double most_mm = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    EXPECT_EQ(labels[k].text, labels[n + k].text);
+    EXPECT_EQ(labels[n + k].picture, shots[1].viewport);
+    if (labels[k].is_shown && labels[n + k].is_shown)
+      most_mm = std::max(most_mm, (labels[n + k].anchor_world_mm - labels[k].anchor_world_mm).norm());
+  }
+  EXPECT_GT(most_mm, 3.0);
+}
+
 // In two halves with one camera, of which the right one has the second joint; a touch there counts.
 TEST(Comparison, InTheWindow)
 {

@@ -31,8 +31,9 @@ PlayerState sample_state()
 /// An interface of a given size with a simulated user.
 class Desk {
  public:
-  explicit Desk(int width = 800, int height = 600)
-      : gui_({"A knee", {"degree_6_recontacted", "degree_6", "raw"}, 1.0})
+  explicit Desk(int width = 800, int height = 600,
+                const GuiOptions& options = {"A knee", {"degree_6_recontacted", "degree_6", "raw"}, 1.0})
+      : gui_(options)
   {
     frame_.width = width;
     frame_.height = height;
@@ -157,6 +158,29 @@ TEST(Gui, RotationBesideThatOfTheBonesAlone)
   EXPECT_NE(raw.values.back(), alone.values.back());
   model.prior.reset();
   EXPECT_TRUE(rotation_plots(model, sets).of_sets.empty());
+}
+
+// Above a picture of a small window all warnings are complete, and none is over the joint.
+TEST(Gui, WarningsAreBesideASmallPicture)
+{
+  constexpr VertexColour amber{255, 184, 77, 255};
+  const std::string sentence =
+      "A warning that is as long as those on the meshes of a scanned knee, with numbers.";
+  for (const int height : {600, 1200}) {
+    SCOPED_TRACE(height);
+    GuiOptions options{"A knee", {"raw"}, 1.0};
+    options.warnings.assign(5, sentence);
+    options.remark = sentence + " " + sentence + " " + sentence;
+    options.remarked_set = 0;
+    Desk desk(height * 4 / 3, height, options);
+    for (int i = 0; i < 3; ++i) desk.step();
+    const Viewport free = desk.gui_.free_area(desk.frame_.width, height, desk.state_);
+    int n_over = 0;
+    for (const OverlayVertex& vertex : desk.gui_.overlay().vertices)
+      n_over += vertex.colour == amber && vertex.y_px > static_cast<float>(free.y);
+    EXPECT_EQ(n_over > 0, height > 600);
+    EXPECT_LT(free.y, (free.y + free.height) / 3);
+  }
 }
 
 // A menu of the panel is closed by Escape alone, and only then is nothing left to close.

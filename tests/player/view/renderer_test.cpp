@@ -336,6 +336,27 @@ TEST(Occlusion, AfterAnotherFrame)
   }
 }
 
+// A shot ends in the middle of a pair of pixels: beyond it nothing was computed.
+TEST(Occlusion, AtTheEdgesOfAShot)
+{
+  Scene scene = dark_scene();
+  add(scene, facing_sheet(100.0), plain({0.5F, 0.5F, 0.5F}));
+  scene.occlusion_radius_mm = 6.0;
+  for (const int samples : {1, 4}) {
+    SCOPED_TRACE(samples);
+    const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, samples});
+    renderer->load(scene);
+    const Viewport view{20, 10, 42, 31};
+    const Shot shot{camera_at(100), view};
+    const Image& image = renderer->draw(scene, {&shot, 1}, nullptr);
+    const int x = view.x + view.width / 2, y = view.y + view.height / 2;
+    EXPECT_GT(at(image, x, y)[1], 0);
+    for (const auto& [edge_x, edge_y] :
+         {std::pair{view.x, y}, {view.x + view.width - 1, y}, {x, view.y}, {x, view.y + view.height - 1}})
+      EXPECT_NEAR(at(image, edge_x, edge_y)[1], at(image, x, y)[1], code_tolerance);
+  }
+}
+
 TEST(Occlusion, TouchingBall)
 {
   for (const int samples : {1, 4}) {

@@ -416,6 +416,9 @@ class WebPage(unittest.TestCase):
         for width, height in ((390, 844), (844, 390)):
             with self.subTest(width=width, height=height), Page(CHROMIUM) as page:
                 self.opened(page, "left", width=width, height=height, is_phone=True)
+                # Warnings of a scanned knee are not before the picture.
+                page.browser.value("""(() => { const list = document.getElementById("warnings"); list.hidden = false;
+                    list.replaceChildren(...Array.from({ length: 5 }, () => Object.assign(document.createElement("li"), { textContent: "needles, at some place in the axes of the file" }))); })()""")
                 for is_full in (False, True):
                     if is_full:
                         page.browser.value("document.getElementById('full').click()")
@@ -582,6 +585,11 @@ class WebPage(unittest.TestCase):
                 if view == "oblique":
                     places = {text: left for text, left, *_ in shown}
                     self.assertLess(abs(places["LCL"] - places["lateral"]), abs(places["LCL"] - places["medial"]))
+            # The oblique view is from the lateral side, which the section removes.
+            page.browser.value(f"window.vrda.useState({json.dumps({**state, 'view': 'oblique', 'structures': {}, 'section': {'plane': 'sagittal', 'at_mm': 0}})})")
+            page.settle()
+            sides = "[...document.querySelectorAll('#labels span')].filter((e) => e.style.visibility === 'visible').map((e) => e.textContent)"
+            self.assertEqual({"medial", "lateral"} & set(page.browser.value(sides)), {"medial"})
             self.whole(page, "page-labels")
             self.is_quiet(page)
 
