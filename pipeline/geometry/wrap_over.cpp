@@ -110,8 +110,6 @@ constexpr double clear_start_mm = 0.01, clear_end_mm = 2.0;
 // A fibre wraps on the side of its line. Solved poses differ from these by some mm: beside the axis the fibre
 // would change sides, and its force would jump.
 constexpr double clear_line_mm = 3.0;
-// Likewise an attachment that comes inside the wrap: the fibre would jump from its arc to its chord.
-constexpr double safe_end_mm = 5.0;
 constexpr double least_radius_mm = 4.0, most_radius_mm = 80.0;
 constexpr double half_length_mm = 200.0;  // beyond every knee: the path never slips off an end
 constexpr double settled_mm = 0.25;       // of depth, below the 1 mm that is allowed
@@ -184,8 +182,7 @@ double height_mm(const Circle& circle, const PlanePose& pose)
   return cross(pose.end_mm, circle.centre_mm) / pose.end_mm.norm();
 }
 
-// Mean length of the paths, in mm, with penalties on the surface outside them, on lines beside the axis and on
-// ends beside the cylinder.
+// Mean length of the paths, in mm, with penalties on the surface outside them and on lines beside the axis.
 double cost_of(const Circle& circle, const std::vector<PlanePose>& poses)
 {
   constexpr double per_mm = 50.0;  // so that 0.1 mm of protrusion costs more than a detour of 0.3 mm
@@ -206,10 +203,8 @@ double cost_of(const Circle& circle, const std::vector<PlanePose>& poses)
     for (const Vector2d& p_mm : pose.surface_mm)
       most_mm = std::max(most_mm, protrusion_mm(circle, contact, pose.end_mm, p_mm));
     const double beside_mm = std::max(0.0, height_mm(circle, pose) + clear_line_mm);
-    const double near_mm =
-        std::max(0.0, circle.radius_mm + safe_end_mm - (pose.end_mm - circle.centre_mm).norm());
     sum += length_mm(circle, contact, pose.end_mm) + per_mm * most_mm * most_mm +
-           per_line_mm * (beside_mm * beside_mm + near_mm * near_mm);
+           per_line_mm * beside_mm * beside_mm;
   }
   return sum / static_cast<double>(poses.size());
 }

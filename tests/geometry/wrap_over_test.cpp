@@ -191,21 +191,6 @@ TEST(WrapOver, on_one_side_beyond_the_poses)
   EXPECT_GT(line_mm[12].y(), radius_mm - fitted_mm);
 }
 
-// Inside the wrap the fibre would be its chord: an end 2.4 mm beside the bone is further from the wrap.
-TEST(WrapOver, ends_are_not_beside_the_wrap)
-{
-  constexpr double radius_mm = 20.0;
-  const BonesOfJoint bones{bone_of(tube(radius_mm, 60.0)), {}};
-  const Span span({-radius_mm - 0.5, -8.0, 3.0}, {{12, 24, 6}, {8, 21, 6}});
-  const std::optional<model::Wrap> wrap = span.fitted(bones);
-  ASSERT_TRUE(wrap);
-  EXPECT_LT(span.left_mm(bones, {*wrap}), 2 * fitted_mm);
-  for (const Pose& X : span.poses) {
-    const Vector3d end_mm = wrap->X_body_wrap.inverse() * X.translation();
-    EXPECT_GT(end_mm.head<2>().norm() - wrap->radii_mm.x(), 3.5);
-  }
-}
-
 TEST(WrapOver, over_both_bones)
 {
   // Two balls beside each other; the second one moves with the fibre's end.
