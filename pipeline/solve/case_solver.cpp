@@ -235,22 +235,12 @@ bool has_lateral_force_across(const job::Case& job_case)
   });
 }
 
-bool has_ellipsoid(const job::Case& job_case)
-{
-  const auto is_in = [](const model::Ligaments& ligaments) {
-    return std::ranges::count(ligaments.wraps, model::WrapShape::ellipsoid, &model::Wrap::shape) > 0;
-  };
-  return is_in(job_case.ligaments) || std::any_of(job_case.followers.begin(), job_case.followers.end(),
-                                                  [&](const auto& f) { return is_in(f.ligaments); });
-}
-
 }  // namespace
 
 std::string fingerprint_of(const job::Case& job_case)
 {
   std::string all = solver_version_of(job_case) + '\n' + job_case.steps_job_text;
   if (has_lateral_force_across(job_case)) all += "\nlateral force across Delta";
-  if (has_ellipsoid(job_case)) all += "\ngeodesics of order 12";
   if (!job_case.followers.empty() && job_case.spine.branch == BranchRule::continuous)
     all += "\ncontinuous path of followers";
   for (const job::LoadedInput& input : job_case.inputs) {
