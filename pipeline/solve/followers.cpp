@@ -383,7 +383,7 @@ class Follow {
       if (record.status != StepStatus::stable) break;
       out.placed.push_back(out.placed.at(row_of(case_.followers[k].of)) * pose_of(k, record));
     }
-    if (has_reaction_ && out.placed.size() == 2 + n_followers()) {
+    if (has_reaction_ && has_all_poses(out)) {
       energy_nmm += energy_of(out.cell.joint);
       const FollowerForces reaction = reaction_of(out.cell, out.placed);
       energy_nmm -= fibre_energy_nmm(reaction.fibres, out.cell.joint);

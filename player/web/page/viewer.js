@@ -256,12 +256,12 @@ export class Viewer {
     return { ids: bytes.filter((_, k) => k % 4 === 0), columns, rows };
   }
 
-  /// Where the camera is and looks, mm, in the frame of the picture, and its roll about that line, degrees (schemas/view-state.md).
   /// Whether the section removes a point; mm, drawn axes.
   isCut(point) {
     return this.section !== null && isRemoved(this.section, point, this.camera.position);
   }
 
+  /// Where the camera is and looks, mm, in the frame of the picture, and its roll about that line, degrees (schemas/view-state.md).
   get place() {
     const { camera, controls } = this, { right, up } = uprightAxes(camera.position, controls.target), own = X.clone().applyQuaternion(camera.quaternion);
     return { eye_mm: camera.position.toArray(), target_mm: controls.target.toArray(), roll: MathUtils.radToDeg(Math.atan2(own.dot(up), own.dot(right))) };
