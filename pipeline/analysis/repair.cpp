@@ -24,7 +24,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 constexpr double margin_mm = 5e-4;
 // Limits count as met, and the iteration as converged, below these. The step is in units of the noise.
 constexpr double met_mm = 5e-4, ended = 1e-3;
-constexpr int most_iterations = 60;
+constexpr int most_repair_steps = 60;
 // A step moves no point of the moving object further: features are found within some tenths of a mm.
 constexpr double longest_step_mm = 1.5;
 // Steps to the nearest permitted pose of each frame alone, after the last programme.
@@ -62,7 +62,7 @@ class Repair {
   {
     sample();
     set_gap_limits();
-    while (out_.n_iterations < most_iterations && !out_.is_converged) {
+    while (out_.n_iterations < most_repair_steps && !out_.is_converged) {
       const double change = advance(minimise(programme(weights_, Origin::measured)));
       ++out_.n_iterations;
       out_.is_converged = change <= ended && largest_excess_mm() <= met_mm;

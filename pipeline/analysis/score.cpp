@@ -468,7 +468,7 @@ using Normal = Eigen::Matrix<double, 12, 12>;
 using Step = Eigen::Matrix<double, 12, 1>;  ///< turn (times the radius) and shift of each frame, mm
 
 constexpr int n_alternations = 30;
-constexpr int max_steps = 100;
+constexpr int most_alignment_steps = 100;
 // Of points of some 100 mm with rounding of 1e-14 mm each.
 constexpr double converged_step_mm = 1e-10;
 // Directions in which a unit step moves the points by less than this, of the largest, count as undetermined.
@@ -577,7 +577,7 @@ Step newton_step(const Problem& problem, RigidAlignment& at)
 void refine(const Problem& problem, RigidAlignment& at)
 {
   at.rms_mm = rms_mm(problem, at);
-  for (int k = 0; k < max_steps && !at.is_converged; ++k) {
+  for (int k = 0; k < most_alignment_steps && !at.is_converged; ++k) {
     Step step = newton_step(problem, at);
     RigidAlignment next = at;
     const auto take = [&] {

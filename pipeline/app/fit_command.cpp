@@ -267,10 +267,10 @@ bool is_input(const std::string& file, const FitCommandOptions& o,
                      [&](const job::LoadedInput& input) { return input.sha256 == sha256; });
 }
 
-bool is_same_fit(const nlohmann::json& earlier, const job::Job& job,
+bool is_same_fit(const nlohmann::ordered_json& earlier, const job::Job& job,
                  const std::vector<job::LoadedInput>& inputs)
 {
-  using Json = nlohmann::json;
+  using Json = nlohmann::ordered_json;
   if (!earlier.is_object() || earlier.value("job", Json()) != job.resolved_text) return false;
   const Json found = earlier.value("inputs", Json());
   return found.is_array() && std::equal(found.begin(), found.end(), inputs.begin(), inputs.end(),
@@ -292,7 +292,10 @@ void require_replaceable_output(const Publication& result, const FitCommandOptio
   if (!is_read && std::filesystem::exists(facts, error)) {
     const std::string text =
         job::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
-    if (is_same_fit(nlohmann::json::parse(text, nullptr, false), job, inputs)) return;
+    try {
+      if (is_same_fit(core::json_in(text), job, inputs)) return;
+    } catch (const nlohmann::json::exception&) {  // a damaged file is of no fit
+    }
   }
   require_absent(result, o, files);
 }

@@ -175,7 +175,7 @@ std::string record_of(const ImportOptions& o, const tables::Convention& conventi
   for (const Term term : tables::all_terms)
     text += std::string(core::name_of(term)) + " = \"" + tables::value_of(convention, term) + "\"\n";
   for (const std::string& column : o.follower_columns)
-    text += "follower_column = " + Json(column).dump() + "\n";
+    text += "follower_column = " + core::json_text(Json(column), -1) + "\n";
   return text;
 }
 

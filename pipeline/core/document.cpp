@@ -628,6 +628,16 @@ void require_shallow_override(std::string_view key, std::string_view value)
   if (levels > largest_depth) refuse(levels, {"--set", std::string(key.substr(0, key.find('.'))), "", "", 0});
 }
 
+std::string json_text(const nlohmann::ordered_json& json, int indent)
+{
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+nlohmann::ordered_json json_in(std::string_view text)
+{
+  return nlohmann::ordered_json::parse(text);
+}
+
 JsonFile::JsonFile(std::string file, std::string_view text, const std::string& wanted)
     : file_(std::move(file))
 {

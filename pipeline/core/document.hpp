@@ -137,11 +137,12 @@ class JsonFile {
 /// A value of such a file for messages: a table or list by its type.
 std::string shown_json(const nlohmann::ordered_json& value);
 
-/// The text of `json`; invalid UTF-8, which a path may contain, is replaced.
-template <typename Json>
-std::string json_text(const Json& json, int indent)
-{
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
+// The library's reader and writer, compiled once.
+
+/// The text of `json`, on one line if `indent` is -1. Invalid UTF-8, which a path may contain, is replaced.
+std::string json_text(const nlohmann::ordered_json& json, int indent);
+
+/// The value of a text that the program itself has written. Throws nlohmann::json::exception.
+nlohmann::ordered_json json_in(std::string_view text);
 
 }  // namespace vrda::inline core

@@ -273,8 +273,7 @@ std::vector<Vector3d> wrapped_line_mm(const model::Wrap& wrap, const Vector3d& s
                                                     wrap.radii_mm.x(), wrap.radii_mm.z());
   std::vector<Vector3d> line_mm{start_mm};
   for (int k = 0; path.is_wrapped && k <= n_arc; ++k)
-    line_mm.push_back(wrap.X_body_wrap *
-                      model::cylinder_point_mm(path, path.arc_mm * k / n_arc, wrap.radii_mm.x()));
+    line_mm.push_back(wrap.X_body_wrap * model::cylinder_point_mm(path, path.arc_mm * k / n_arc));
   line_mm.push_back(end_mm);
   return line_mm;
 }

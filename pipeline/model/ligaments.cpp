@@ -239,7 +239,8 @@ WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement
   }
   switch (wrap.shape) {
     case WrapShape::cylinder:
-      return cylinder_path(start_mm, end_mm, wrap.radii_mm.x(), wrap.radii_mm.z());
+      return cylinder_path(start_mm, end_mm, wrap.radii_mm.x(), wrap.radii_mm.z(),
+                           fibre.tension_n > 0.0 ? EndInside::straight : EndInside::around);
     case WrapShape::ellipsoid:
       return ellipsoid_path(start_mm, end_mm, wrap.radii_mm, slack_mm);
   }
@@ -340,7 +341,7 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
     const double along_mm = (is_on_moving ? 1.0 - part : part) * wrapped.arc_mm;
     const Eigen::Vector3d p_body_mm =
         wrap.X_body_wrap * (wrap.shape == WrapShape::cylinder
-                                ? cylinder_point_mm(wrapped, along_mm, wrap.radii_mm.x())
+                                ? cylinder_point_mm(wrapped, along_mm)
                                 : ellipsoid_point_mm(wrapped, along_mm, wrap.radii_mm));
     points_mm[k] = is_on_moving ? Eigen::Vector3d(placement.t_S_moving_mm + placement.R_S_moving * p_body_mm)
                                 : Eigen::Vector3d(placement.R_S_reference * p_body_mm);
@@ -351,6 +352,9 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
 // Shortest path around a cylinder along Z, its tangent points and points on it; lengths in mm.
 
 namespace {
+
+// Nearer to the axis than this part of the radius a path is straight.
+constexpr double least_end_radius = 1e-3;
 
 // Tangent point on the unit circle of the line from `p`, on the side of increasing (turn = 1) or decreasing
 // (turn = -1) angle from p's own.
@@ -364,11 +368,19 @@ Eigen::Vector2d tangent_point(const Eigen::Vector2d& p, double turn)
 }  // namespace
 
 WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
-                       double half_length_mm)
+                       double half_length_mm, EndInside end_inside)
 {
+  const double end_radius_mm = end_mm.head<2>().norm();
+  const bool is_end_inside = end_radius_mm < radius_mm;
+  if (is_end_inside) {
+    if (end_inside == EndInside::straight || start_mm.head<2>().norm() < radius_mm ||
+        !(end_radius_mm > least_end_radius * radius_mm))
+      return {};
+    radius_mm = end_radius_mm;
+  }
   const Eigen::Vector2d start = start_mm.head<2>() / radius_mm, end = end_mm.head<2>() / radius_mm;
-  const double start_sq = start.squaredNorm(), end_sq = end.squaredNorm();
-  if (start_sq < 1.0 || end_sq < 1.0) return {};
+  const double start_sq = start.squaredNorm(), end_sq = is_end_inside ? 1.0 : end.squaredNorm();
+  if (start_sq < 1.0) return {};
   const double turn = start.x() * end.y() - start.y() * end.x() >= 0.0 ? 1.0 : -1.0;
   const double between_rad =
       arc_tangent2(std::abs(start.x() * end.y() - start.y() * end.x()), start.dot(end));
@@ -388,13 +400,26 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
   WrapPath path;
   path.is_wrapped = true;
   path.length_mm = std::sqrt(across_mm * across_mm + rise_mm * rise_mm);
-  const Eigen::Vector2d normal = tangent_point(end, -turn);
+  path.radius_mm = radius_mm;
+  const Eigen::Vector2d normal = is_end_inside ? end : tangent_point(end, -turn);
   const double cosine_rise = across_mm / path.length_mm, sine_rise = rise_mm / path.length_mm;
   path.end_direction << -turn * cosine_rise * normal.y(), turn * cosine_rise * normal.x(), sine_rise;
   const Eigen::Vector3d n(normal.x(), normal.y(), 0.0);
-  const Eigen::Vector3d b = path.end_direction.cross(n);
-  const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
-  path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
+  if (is_end_inside) {
+    // The radius is the end's: d(across) = turn * radius * d(angle) + arc_rad * d(radius).
+    const Eigen::Vector3d z = Eigen::Vector3d::UnitZ(), t = z.cross(n);
+    const Eigen::Vector3d across = arc_rad * n + turn * t;
+    path.end_direction += cosine_rise * arc_rad * n;
+    const Eigen::Matrix3d curved =
+        n * n.transpose() / std::max(first_mm, 1e-9 * radius_mm) + arc_rad / radius_mm * t * t.transpose();
+    path.bending = (across * across.transpose() + across_mm * curved + z * z.transpose() -
+                    path.end_direction * path.end_direction.transpose()) /
+                   path.length_mm;
+  } else {
+    const Eigen::Vector3d b = path.end_direction.cross(n);
+    const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
+    path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
+  }
   const Eigen::Vector2d touch = tangent_point(start, turn);
   path.touch_mm << radius_mm * touch, touch_z_mm;
   path.start_direction << -turn * cosine_rise * touch.y(), turn * cosine_rise * touch.x(), sine_rise;
@@ -402,12 +427,12 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
   return path;
 }
 
-Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm)
+Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm)
 {
   const Eigen::Vector2d touch_mm = path.touch_mm.head<2>();
   const Eigen::Vector2d left_mm(-touch_mm.y(), touch_mm.x());
   const SinCos turn =
-      sin_cos(along_mm * path.start_direction.head<2>().dot(left_mm) / (radius_mm * radius_mm));
+      sin_cos(along_mm * path.start_direction.head<2>().dot(left_mm) / (path.radius_mm * path.radius_mm));
   Eigen::Vector3d point_mm;
   point_mm << turn.cos * touch_mm + turn.sin * left_mm,
       path.touch_mm.z() + along_mm * path.start_direction.z();

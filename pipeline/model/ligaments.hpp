@@ -19,9 +19,11 @@ namespace vrda::inline model {
 enum class WrapShape { cylinder, ellipsoid };
 
 /// A smooth wrapping surface fixed to one object; fibres wrap on the shorter side. A cylinder's axis is its
-/// Z. It is ignored for a fibre with an attachment inside it (a cylinder counts as infinite here) and for one
-/// that would touch a cylinder wholly beyond one of its ends: the fibre is then straight, and its length is
-/// discontinuous there.
+/// Z and counts as infinite where inside and outside matter. It is ignored for a fibre that starts inside it
+/// on its own object, that ends inside an ellipsoid, or that would touch a cylinder wholly beyond one of its
+/// ends: the fibre is then straight, and its length is discontinuous there. For a fibre with
+/// a stiffness, an end of the other object inside a cylinder is EndInside::around; at constant tension, which
+/// its force must not exceed, the fibre is straight.
 struct Wrap {
   std::string name;
   WrapShape shape = WrapShape::cylinder;
@@ -151,7 +153,8 @@ JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose)
 struct FibrePath {
   double length_mm = 0.0;
   bool is_wrapped = false;
-  /// Unit, along the free segment from the reference to the moving object; zero for coincident attachments.
+  /// Along the free segment from the reference to the moving object, a unit vector as a rule
+  /// (WrapPath::end_direction); zero for coincident attachments.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   /// The attachment at the end of the free segment, and its object.
   Eigen::Vector3d end_mm = Eigen::Vector3d::Zero();
@@ -183,7 +186,8 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
 struct WrapPath {
   bool is_wrapped = false;  ///< false: the path is straight; the other members are unset
   double length_mm = 0.0;
-  /// Unit, along the last free segment from the surface to the end: derivative of the length over the end.
+  /// Derivative of the length over the end: unit, along the last free segment from the surface to the end;
+  /// longer where the end is inside a cylinder.
   Eigen::Vector3d end_direction = Eigen::Vector3d::Zero();
   /// Second derivatives of the length over the end, 1/mm. The free segment rolls on the surface: in the plane
   /// of the surface normal the value is 1 / its length; across that plane it follows the divergence of
@@ -193,13 +197,18 @@ struct WrapPath {
   Eigen::Vector3d touch_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d start_direction = Eigen::Vector3d::Zero();
   double arc_mm = 0.0;
+  double radius_mm = 0.0;  ///< of a cylinder
 };
 
+/// The path to an end inside a cylinder: straight, or around a cylinder about the same axis through the end,
+/// so that the length is continuous.
+enum class EndInside { straight, around };
+
 /// Around a cylinder along Z, on the shorter side: a helix between two tangents, in closed form. Not wrapped
-/// when a point is inside the infinite cylinder, or when both ends of the arc are beyond the same end of the
-/// cylinder.
+/// when the start is inside the infinite cylinder, or when both ends of the arc are beyond the same end of
+/// the cylinder.
 WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
-                       double half_length_mm);
+                       double half_length_mm, EndInside end_inside = EndInside::around);
 
 /// Around an ellipsoid: a geodesic between two tangents, the shortest found from initial planes around the
 /// straight line. Not wrapped when a point is inside. The length is accurate to 1e-8 mm for lengths of tens
@@ -209,7 +218,7 @@ WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& 
                         const Eigen::Vector3d& half_axes_mm, double slack_mm = 0.0);
 
 /// The point on a cylinder or an ellipsoid at arc length `along_mm` from the first tangent point; to 1e-8 mm.
-Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm);
+Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm);
 Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm,
                                    const Eigen::Vector3d& half_axes_mm);
 

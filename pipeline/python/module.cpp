@@ -19,6 +19,7 @@
 
 #include "app/commands.hpp"
 #include "core/console.hpp"
+#include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
@@ -152,7 +153,7 @@ void throw_if_interrupted()
 
 py::object python_of(const nlohmann::ordered_json& json)
 {
-  const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string text = core::json_text(json, -1);
   return py::module_::import("json").attr("loads")(text);
 }
 

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "analysis/reduce.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
@@ -176,8 +177,7 @@ std::string title_of(const Report& report)
 std::string data_text(Json data)
 {
   round_numbers(data);
-  // Titles and names come from files; invalid UTF-8 must not stop the report.
-  return data.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return core::json_text(data, -1);
 }
 
 std::string page_of(const std::string& title, Json data)

@@ -1,5 +1,6 @@
 #include "report/result_pages.hpp"
 
+#include "core/document.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "report/model_json.hpp"
@@ -64,7 +65,7 @@ std::string laxity_page(const analysis::LaxityDocument& document)
   for (const job::LaxityJob::Cut& cut : loads.cuts) cuts.push_back(cut.bundles);
   return page_of(document.title + ": laxity", {{"program", document.program + ", " + document.solver},
                                                {"laxity",
-                                                {{"document", Json::parse(analysis::laxity_json(document))},
+                                                {{"document", core::json_in(analysis::laxity_json(document))},
                                                  {"cuts", std::move(cuts)},
                                                  {"load_steps", loads.load_steps},
                                                  {"loads",

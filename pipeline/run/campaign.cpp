@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "job/job.hpp"
@@ -35,9 +36,7 @@ std::string case_file_of(const std::string& output)
 
 void write_case_file(const std::string& path, const CaseFile& content)
 {
-  const nlohmann::ordered_json json = content;
-  // A path may contain invalid UTF-8.
-  write_atomically(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
+  write_atomically(path, {core::json_text(content, 2), "\n"});
 }
 
 CaseFile read_case_file(const std::string& path)
@@ -77,7 +76,7 @@ namespace {
 std::optional<CaseFile> parsed(const std::string& text)
 {
   try {
-    return nlohmann::ordered_json::parse(text).get<CaseFile>();
+    return core::json_in(text).get<CaseFile>();
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }

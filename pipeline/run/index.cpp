@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -43,7 +44,7 @@ bool is_started(const std::string& output)
 CaseTimes times_beside(const std::string& output)
 {
   try {
-    return nlohmann::ordered_json::parse(read_text_file(output + ".run.json").value_or("")).get<CaseTimes>();
+    return core::json_in(read_text_file(output + ".run.json").value_or("")).get<CaseTimes>();
   } catch (const nlohmann::json::exception&) {
     return {};  // not part of the results, so not an error
   }

@@ -13,6 +13,7 @@
 #include "analysis/audit.hpp"
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
+#include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
@@ -88,7 +89,7 @@ void RunRecord::write(const std::string& path) const
                                          {"steps_recalled", n_recalled_},
                                          {"host", run::host_name()},
                                          {"processors", core::usable_processors()}};
-  write_atomically(path, {record.dump(2) + '\n'});
+  write_atomically(path, {core::json_text(record, 2), "\n"});
 }
 
 namespace {

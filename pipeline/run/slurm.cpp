@@ -18,6 +18,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "run/status.hpp"
@@ -235,7 +236,8 @@ std::optional<InputError::Facts> append_submitted(const std::string& folder, con
   const std::string path = submitted_file_of(folder);
   const OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.is_open() &&
-      write_all(file.get(), (has_incomplete_line(file.get()) ? "\n" : "") + Json(submitted).dump() + "\n") &&
+      write_all(file.get(),
+                (has_incomplete_line(file.get()) ? "\n" : "") + core::json_text(submitted, -1) + "\n") &&
       fsync(file.get()) == 0) {
     return std::nullopt;
   }
@@ -250,7 +252,7 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder)
   std::ifstream file(submitted_file_of(folder), std::ios::binary);
   for (std::string line; std::getline(file, line);) {
     try {
-      jobs.push_back(Json::parse(line).get<SubmittedJob>());
+      jobs.push_back(core::json_in(line).get<SubmittedJob>());
     } catch (const Json::exception&) {  // an incomplete line
     }
   }

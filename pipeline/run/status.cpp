@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
@@ -82,18 +83,14 @@ std::string task_file_of(const std::string& folder, const Submission& submission
 void write_task_state(const std::string& folder, const Submission& submission, const TaskId& task,
                       const TaskState& state)
 {
-  // A reason may contain invalid UTF-8.
-  write_atomically(
-      task_file_of(folder, submission, task),
-      {nlohmann::ordered_json(state).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace),
-       "\n"});
+  write_atomically(task_file_of(folder, submission, task), {core::json_text(state, 1), "\n"});
 }
 
 std::optional<TaskState> read_task_state(const std::string& folder, const Submission& submission,
                                          const TaskId& task)
 {
   try {
-    return nlohmann::ordered_json::parse(read_text_file(task_file_of(folder, submission, task)).value_or(""))
+    return core::json_in(read_text_file(task_file_of(folder, submission, task)).value_or(""))
         .get<TaskState>();
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;

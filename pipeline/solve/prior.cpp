@@ -14,7 +14,7 @@
 namespace vrda::solve {
 namespace {
 
-struct Stopped {};  // thrown and caught here to end the estimations
+struct EstimateStopped {};  // thrown and caught here to end the estimations
 
 // Own stiffness, factors and levels from the spine without the prior.
 class PriorEstimate {
@@ -46,7 +46,7 @@ class PriorEstimate {
     if (hooks_.recall) {
       if (const std::optional<StepRecord> known = hooks_.recall(task.key)) return *known;
     }
-    if (hooks_.is_stopped && hooks_.is_stopped()) throw Stopped{};
+    if (hooks_.is_stopped && hooks_.is_stopped()) throw EstimateStopped{};
     StepRecord record = solve_(task);
     record.key = task.key;
     if (hooks_.keep) hooks_.keep(record);
@@ -240,7 +240,7 @@ SweepResult sweep_with_prior(const SweepPlan& plan, const SolveStep& solve, cons
   PriorState state;
   try {
     state = PriorEstimate(plan, solve, hooks, n_threads, alone.free_spine).estimated();
-  } catch (const Stopped&) {
+  } catch (const EstimateStopped&) {
     return {};
   }
   const std::vector<double>& path = path_of(plan);

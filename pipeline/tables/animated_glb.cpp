@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/canvas.hpp"
+#include "core/document.hpp"
 #include "core/units.hpp"
 #include "model/mesh.hpp"
 #include "store/motion.hpp"
@@ -428,7 +429,7 @@ std::string glb_file(const Json& json, const std::string& bytes)
 {
   // The title may come from another program and contain invalid UTF-8.
   std::string chunks;
-  put_chunk(chunks, "JSON", json.dump(-1, ' ', false, Json::error_handler_t::replace), ' ');
+  put_chunk(chunks, "JSON", core::json_text(json, -1), ' ');
   put_chunk(chunks, "BIN\0", bytes, '\0');
   std::string file = "glTF";
   append_value(file, std::uint32_t{2});

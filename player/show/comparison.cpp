@@ -34,6 +34,19 @@ std::optional<Numbers> numbers_of(const store::MotionModel& model, const store::
                  joint.lateral_mm};
 }
 
+// Zero-terminated in `text`.
+void write_caption(std::span<char> text, const char* which, const std::string& name,
+                   const std::optional<Numbers>& numbers)
+{
+  if (numbers) {
+    std::snprintf(text.data(), text.size(),
+                  "%s: %s: flexion %.1f°, varus %.1f°, internal rotation %.1f°, anterior %.1f mm", which,
+                  name.c_str(), (*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]);
+  } else {
+    std::snprintf(text.data(), text.size(), "%s: %s: no pose here", which, name.c_str());
+  }
+}
+
 /// Quantity `k` of Numbers at an end of the band of an uncertain job; NaN without one.
 double band_at(const store::MotionModel& model, std::size_t end, double flexion_deg, std::size_t k)
 {
@@ -145,15 +158,10 @@ void Comparison::show(JointView& first, const store::JointPose& pose, std::optio
   first.scene().other = &joint_.scene();
   const store::JointPose own = pose_at(pose.attitude.flexion_rad, varus_rad);
   joint_.show(motion_, own, layers);
-  const auto numbers = numbers_of(model(), own);
-  const char* where = options_.is_over ? "translucent" : "right";
-  if (numbers) {
-    std::snprintf(caption_.data(), caption_.size(),
-                  "Second (%s): %s: flexion %.1f°, varus %.1f°, internal rotation %.1f°, anterior %.1f mm",
-                  where, name_.c_str(), (*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]);
-  } else {
-    std::snprintf(caption_.data(), caption_.size(), "Second (%s): %s: no pose here", where, name_.c_str());
-  }
+  write_caption(captions_[0], options_.is_over ? "First (opaque)" : "First (left)", first_.title,
+                numbers_of(first_, pose));
+  write_caption(captions_[1], options_.is_over ? "Second (translucent)" : "Second (right)", name_,
+                numbers_of(model(), own));
 }
 
 void Comparison::sample(const store::Motion& first, std::optional<double> varus_rad)
@@ -229,7 +237,7 @@ void Comparison::sample(const store::Motion& first, std::optional<double> varus_
 const view::Differences& Comparison::differences(const store::Motion& first, std::optional<double> varus_rad)
 {
   if (sampled_ != &first || sampled_varus_rad_ != varus_rad) sample(first, varus_rad);
-  differences_.caption = caption_.data();
+  for (std::size_t k = 0; k < captions_.size(); ++k) differences_.captions[k] = captions_[k].data();
   return differences_;
 }
 

@@ -74,7 +74,7 @@ class Comparison {
   view::BundleReader first_bundles_;
   std::vector<std::size_t> lacking_;  ///< rows of structures that are removed
   std::string name_;
-  std::array<char, 240> caption_{};
+  std::array<std::array<char, 240>, 2> captions_{};
   std::vector<view::ScreenLabel> labels_;
   view::Differences differences_;
   const store::Motion* sampled_ = nullptr;  ///< of the first, in `differences_`

@@ -28,7 +28,7 @@ constexpr std::size_t most_labels = 64;  // over all views
 // Text over a picture is smaller in a picture smaller than this, and its boxes leave out what is not a
 // number.
 constexpr float full_size_px = 900.0F, least_scale = 0.7F, folded_below = 0.85F;
-constexpr float differences_height_em = 12.0F, legend_rows = 2.0F;
+constexpr float differences_height_em = 13.3F, legend_rows = 2.0F;
 constexpr float least_plot_margin = 0.05F;  // of values: a line without differences is flat
 constexpr ImU32 plot_backing = IM_COL32(41, 44, 50, 255);
 constexpr ImU32 band_alpha = 70;
@@ -295,13 +295,19 @@ struct Panels {
             std::max(1, height - covered_px(bar_height_px))};
   }
 
-  /// Of the text of the strip above a picture; in a small window the remark is there, beside the joint.
-  static bool is_folded(const Viewport& area) { return picture_scale(area) < folded_below; }
+  /// In a small window, and above two joints, the remark is in the strip above the picture, beside the joint.
+  bool is_folded(const Viewport& area) const
+  {
+    return options.has_differences || picture_scale(area) < folded_below;
+  }
   bool has_remark(const PlayerState& state) const
   {
     return !options.remark.empty() && state.set == options.remarked_set;
   }
-  static float strip_scale(const Viewport& area) { return is_folded(area) ? picture_scale(area) : 1.0F; }
+  static float strip_scale(const Viewport& area)
+  {
+    return picture_scale(area) < folded_below ? picture_scale(area) : 1.0F;
+  }
 
   /// Height of the strip of warnings in this area; 0 without warnings.
   float warnings_height_px(const Viewport& area) const
@@ -434,13 +440,30 @@ struct Panels {
     return {at.x, at.y, at.x + size.x, at.y + size.y};
   }
 
+  /// Two joints have theirs below the picture.
   void draw_numbers(const PlayerState& state)
   {
     const store::JointPose& pose = readout->pose;
+    numbers_px = {};
+    if (options.has_differences && readout->message == nullptr) return;
     ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(picture.y)));
     ImGui::SetNextWindowBgAlpha(backing);
     ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
     ImGui::SetWindowFontScale(picture_scale(picture));
+    if (!options.has_differences) draw_pose_numbers(state, pose);
+    ImGui::PushTextWrapPos(message_width_em * em_px);
+    const bool is_remarked = has_remark(state) && !is_folded(uncovered) && readout->message == nullptr;
+    const char* const message = is_remarked ? options.remark.c_str() : readout->message;
+    if (message != nullptr) ImGui::TextColored(warning_colour, "%s", message);
+    ImGui::PopTextWrapPos();
+    if (!options.has_differences && !is_small() && state.set < options.rotations.of_sets.size())
+      draw_rotations(state.set);
+    numbers_px = window_px();
+    ImGui::End();
+  }
+
+  void draw_pose_numbers(const PlayerState& state, const store::JointPose& pose)
+  {
     if (!options.title.empty() && !is_small()) ImGui::Text("%s", options.title.c_str());
     if (readout->clinical) draw_own_angles(*readout->clinical);
     draw_rotation(0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
@@ -456,13 +479,7 @@ struct Panels {
     ImGui::PushTextWrapPos(message_width_em * em_px);
     if (!is_small() && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
       ImGui::TextUnformatted(options.verdicts[state.set].c_str());
-    const bool is_remarked = has_remark(state) && !is_folded(uncovered) && readout->message == nullptr;
-    const char* const message = is_remarked ? options.remark.c_str() : readout->message;
-    if (message != nullptr) ImGui::TextColored(warning_colour, "%s", message);
     ImGui::PopTextWrapPos();
-    if (!is_small() && state.set < options.rotations.of_sets.size()) draw_rotations(state.set);
-    numbers_px = window_px();
-    ImGui::End();
   }
 
   /// Of the shown pose in a plot over these flexions, from 0 to 1.
@@ -743,7 +760,7 @@ struct Panels {
     ImGui::SetNextWindowSize(ImVec2(width, bottom - bar_px));
     ImGui::Begin("differences", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
     ImGui::SetWindowFontScale(picture_scale(picture));
-    ImGui::TextUnformatted(all.caption);
+    for (const char* caption : all.captions) ImGui::TextUnformatted(caption);
     const double now = position_between(all.first_flexion_rad, all.last_flexion_rad);
     const float gap = ImGui::GetStyle().WindowPadding.x, wide = (width - gap) / n - gap;
     const float line_px = ImGui::GetTextLineHeightWithSpacing();

@@ -98,7 +98,7 @@ struct Differences {
   };
   std::vector<Plot> plots;
   double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
-  const char* caption = "";  ///< of the second joint at the shown pose
+  std::array<const char*, 2> captions{"", ""};  ///< of the first and the second joint at the shown pose
 };
 
 /// The list of structures, which the interface changes.

@@ -265,10 +265,32 @@ TEST(CylinderPath, StaysOnTheShorterSide)
   }
 }
 
+// A tangent of 8 mm to the cylinder of radius 6 through the end, then a third of its circle.
+TEST(CylinderPath, ToAnEndInsideIsAroundTheCylinderThroughIt)
+{
+  const double r = 6.0, across_mm = 8.0 + r * pi / 3.0, rise_mm = 4.0;
+  const Eigen::Vector3d start(r, -8, 0), end(r * 0.5, r * std::sqrt(0.75), rise_mm);
+  const model::WrapPath path = model::cylinder_path(start, end, 9.5, 100);
+  ASSERT_TRUE(path.is_wrapped);
+  EXPECT_NEAR(path.length_mm, std::sqrt(across_mm * across_mm + rise_mm * rise_mm), rounding_mm);
+  EXPECT_LT((model::cylinder_point_mm(path, path.arc_mm) - end).norm(), rounding_mm);
+}
+
+TEST(CylinderPath, IsContinuousWhereItsEndEntersTheSurface)
+{
+  const double h = 1e-7;
+  const Eigen::Vector3d start(14, -5, 0), end(-7, 7, 3);
+  const double r = end.head<2>().norm();
+  const double inside_mm = model::cylinder_path(start, end, r + h, 100).length_mm;
+  const double outside_mm = model::cylinder_path(start, end, r - h, 100).length_mm;
+  EXPECT_NEAR(inside_mm, outside_mm, 10 * h);
+  EXPECT_GT(outside_mm - (end - start).norm(), 1.0);  // a straight line would jump
+}
+
 TEST(CylinderPath, IsInactiveInsideAndBeyondAnEnd)
 {
+  EXPECT_FALSE(model::cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100, model::EndInside::straight).is_wrapped);
   EXPECT_FALSE(model::cylinder_path({9, 0, 0}, {-30, 1, 0}, 10, 100).is_wrapped);
-  EXPECT_FALSE(model::cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100).is_wrapped);
   EXPECT_TRUE(model::cylinder_path({30, 1, 19}, {-30, 1, 19}, 10, 20).is_wrapped);
   EXPECT_FALSE(model::cylinder_path({30, 1, 21}, {-30, 1, 21}, 10, 20).is_wrapped);
   EXPECT_FALSE(model::cylinder_path({30, 1, -21}, {-30, 1, -21}, 10, 20).is_wrapped);
@@ -311,6 +333,21 @@ TEST(WrapPath, DerivativesMatchDifferences)
       EXPECT_LT((measured.slope - measured.path.end_direction).norm(), 3e-5) << i;
       EXPECT_LT((measured.bending - measured.path.bending).norm(), 1e-4) << i;
     }
+  }
+}
+
+TEST(WrapPath, DerivativesMatchDifferencesWhereTheEndIsInsideACylinder)
+{
+  const Surface& cylinder = surfaces[0];
+  Random random(10);
+  for (int n = 0; n < 100;) {
+    const Ends ends{random.outside(cylinder.axes_mm),
+                    random.uniform(0.2, 0.95) * random.direction().cwiseProduct(cylinder.axes_mm)};
+    const Measured measured = measured_derivatives(cylinder, ends);
+    if (!measured.is_smooth) continue;
+    EXPECT_LT((measured.slope - measured.path.end_direction).norm(), 3e-5) << n;
+    EXPECT_LT((measured.bending - measured.path.bending).norm(), 1e-4) << n;
+    ++n;
   }
 }
 

@@ -95,7 +95,7 @@ export function layOut(labels, picture, isCovered) {
 }
 
 // Sides are named where the line between them is seen at this part of its length or more.
-const leastSide = 0.35, idStep = 5, shownPx = 34, transportPx = 56;
+const leastSide = 0.35, idStep = 5, shownPx = 34, belowTransportPx = 8;
 
 /// The spans of a joint's labels, and their lines; children of `parent`.
 export class Labels {
@@ -142,7 +142,8 @@ export class Labels {
     const shown = labels.map((label, k) => ({ ...label, ...anchors[k], k })).filter(({ k }) => anchors[k]);
     const measured = shown.map(({ x, y, k, isSide }) => ({ x, y, isSide, width: this.spans[k].offsetWidth, height: this.spans[k].offsetHeight, before: this.before[k] }));
     const isCovered = (x, y) => (ids[columns * (rows - 1 - Math.floor(y / step)) + Math.floor(x / step)] ?? nothing) !== nothing;
-    const boxes = layOut(measured, { left: edgePx, top: shownPx, right: clientWidth - edgePx, bottom: clientHeight - transportPx }, isCovered);
+    const transportPx = this.parent.parentElement.querySelector(".transport").offsetHeight + belowTransportPx;
+    const boxes = layOut(measured, { left: edgePx, top: shownPx, right: clientWidth - edgePx, bottom: clientHeight - transportPx - edgePx }, isCovered);
     for (const span of this.spans) span.style.visibility = "hidden";
     this.hasHistory = this.before.some((offset) => offset !== null);
     this.before.fill(null);

@@ -184,6 +184,19 @@ TEST(Gui, WarningsAreBesideASmallPicture)
 }
 
 // A menu of the panel is closed by Escape alone, and only then is nothing left to close.
+TEST(Gui, NumbersOfTwoJointsAreBelowThem)
+{
+  Desk desk(1280, 960, {.title = "A knee", .sets = {"raw"}, .has_differences = true});
+  Differences differences;
+  differences.captions = {"First: flexion 30", "Second: flexion 30"};
+  desk.frame_.differences = &differences;
+  desk.state_.shows_numbers = true;
+  desk.range_.n_sets = 1;
+  const Overlay& drawn = desk.gui_.static_overlay(desk.frame_, desk.state_, desk.range_, desk.readout_);
+  const Viewport free = desk.gui_.free_area(1280, 960, desk.state_, false);
+  EXPECT_GE(extent_of(drawn).min().y(), free.y + free.height);
+}
+
 TEST(Gui, MenuClosesWithoutAChoice)
 {
   Desk desk;
