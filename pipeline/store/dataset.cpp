@@ -22,24 +22,11 @@ FlagTable table_of(const Codes& codes)
   return table;
 }
 
-/// The tables of codes that are not listed with their enum.
+/// The table of codes that are not listed with their enum.
 struct Words {
   FlagSet set;
   FlagTable table;
 };
-const Words word_tables[] = {
-    {FlagSet::optional_yes_no, {{-1, 0, 1}, "no_answer no yes"}},
-    {FlagSet::yes_no, {{0, 1}, "no yes"}},
-    {FlagSet::compartment, {{0, 1, 2}, "none medial lateral"}},
-    {FlagSet::wrap_shape, {{0, 1}, "cylinder ellipsoid"}},
-    {FlagSet::body, {{0, 1}, "reference moving"}},
-    {FlagSet::load_frame, {{0, 1, 2}, "world reference moving"}},
-    {FlagSet::audit_state, {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"}},
-    {FlagSet::zero_varus_source, {{-1, 0, 1, 2}, "none both_touch interpolated free"}},
-    {FlagSet::two_sided_contact, {{-1, 0, 1, 2}, "no_pose both medial lateral"}},
-    {FlagSet::coordinate_role, {{0, 1, 2}, "driven given free"}},
-    {FlagSet::repair_status, {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"}},
-    {FlagSet::case_status, {{0, 1, 2, 3}, "done partial failed missing"}}};
 
 /// Description of the valid values, without the condition where they are defined.
 std::string value_text(const ValueRule& valid)
@@ -109,6 +96,19 @@ FlagTable flag_table(FlagSet set)
     default:
       break;
   }
+  static const Words word_tables[] = {
+      {FlagSet::optional_yes_no, {{-1, 0, 1}, "no_answer no yes"}},
+      {FlagSet::yes_no, {{0, 1}, "no yes"}},
+      {FlagSet::compartment, {{0, 1, 2}, "none medial lateral"}},
+      {FlagSet::wrap_shape, {{0, 1}, "cylinder ellipsoid"}},
+      {FlagSet::body, {{0, 1}, "reference moving"}},
+      {FlagSet::load_frame, {{0, 1, 2}, "world reference moving"}},
+      {FlagSet::audit_state, {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"}},
+      {FlagSet::zero_varus_source, {{-1, 0, 1, 2}, "none both_touch interpolated free"}},
+      {FlagSet::two_sided_contact, {{-1, 0, 1, 2}, "no_pose both medial lateral"}},
+      {FlagSet::coordinate_role, {{0, 1, 2}, "driven given free"}},
+      {FlagSet::repair_status, {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"}},
+      {FlagSet::case_status, {{0, 1, 2, 3}, "done partial failed missing"}}};
   for (const Words& row : word_tables)
     if (row.set == set) return row.table;
   throw InternalError("a set of flags without a table");
