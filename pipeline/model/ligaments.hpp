@@ -21,9 +21,9 @@ enum class WrapShape { cylinder, ellipsoid };
 /// A smooth wrapping surface fixed to one object; fibres wrap on the shorter side. A cylinder's axis is its
 /// Z and counts as infinite where inside and outside matter. It is ignored for a fibre that starts inside it
 /// on its own object, that ends inside an ellipsoid, or that would touch a cylinder wholly beyond one of its
-/// ends: the fibre is then straight, and its length is discontinuous there. For a fibre with
-/// a stiffness, an end of the other object inside a cylinder is EndInside::around; at constant tension, which
-/// its force must not exceed, the fibre is straight.
+/// ends: the fibre is then straight, and its length is discontinuous there. For a fibre with a stiffness, an
+/// end of the other object inside a cylinder is EndInside::around; at constant tension, which its force must
+/// not exceed, the fibre is straight.
 struct Wrap {
   std::string name;
   WrapShape shape = WrapShape::cylinder;
