@@ -370,17 +370,19 @@ Eigen::Vector2d tangent_point(const Eigen::Vector2d& p, double turn)
 WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
                        double half_length_mm, EndInside end_inside)
 {
-  const double end_radius_mm = end_mm.head<2>().norm();
-  const bool is_end_inside = end_radius_mm < radius_mm;
-  if (is_end_inside) {
-    if (end_inside == EndInside::straight || start_mm.head<2>().norm() < radius_mm ||
-        !(end_radius_mm > least_end_radius * radius_mm))
-      return {};
-    radius_mm = end_radius_mm;
-  }
-  const Eigen::Vector2d start = start_mm.head<2>() / radius_mm, end = end_mm.head<2>() / radius_mm;
-  const double start_sq = start.squaredNorm(), end_sq = is_end_inside ? 1.0 : end.squaredNorm();
+  Eigen::Vector2d start = start_mm.head<2>() / radius_mm, end = end_mm.head<2>() / radius_mm;
+  double start_sq = start.squaredNorm(), end_sq = end.squaredNorm();
   if (start_sq < 1.0) return {};
+  const bool is_end_inside = end_sq < 1.0;
+  if (is_end_inside) {
+    const double part = std::sqrt(end_sq);
+    if (end_inside == EndInside::straight || !(part > least_end_radius)) return {};
+    radius_mm *= part;
+    start /= part;
+    end /= part;
+    start_sq /= end_sq;
+    end_sq = 1.0;
+  }
   const double turn = start.x() * end.y() - start.y() * end.x() >= 0.0 ? 1.0 : -1.0;
   const double between_rad =
       arc_tangent2(std::abs(start.x() * end.y() - start.y() * end.x()), start.dot(end));

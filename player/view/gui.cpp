@@ -296,18 +296,12 @@ struct Panels {
   }
 
   /// In a small window, and above two joints, the remark is in the strip above the picture, beside the joint.
-  bool is_folded(const Viewport& area) const
-  {
-    return options.has_differences || picture_scale(area) < folded_below;
-  }
+  bool is_folded(const Viewport& area) const { return options.has_differences || is_small(area); }
   bool has_remark(const PlayerState& state) const
   {
     return !options.remark.empty() && state.set == options.remarked_set;
   }
-  static float strip_scale(const Viewport& area)
-  {
-    return picture_scale(area) < folded_below ? picture_scale(area) : 1.0F;
-  }
+  static float strip_scale(const Viewport& area) { return is_small(area) ? picture_scale(area) : 1.0F; }
 
   /// Height of the strip of warnings in this area; 0 without warnings.
   float warnings_height_px(const Viewport& area) const
@@ -431,7 +425,7 @@ struct Panels {
     return std::clamp(static_cast<float>(std::min(area.width, area.height * 4 / 3)) / full_size_px,
                       least_scale, 1.0F);
   }
-  bool is_small() const { return picture_scale(picture) < folded_below; }
+  static bool is_small(const Viewport& area) { return picture_scale(area) < folded_below; }
 
   /// The rectangle of the window that is being drawn.
   static ImVec4 window_px()
@@ -456,7 +450,7 @@ struct Panels {
     const char* const message = is_remarked ? options.remark.c_str() : readout->message;
     if (message != nullptr) ImGui::TextColored(warning_colour, "%s", message);
     ImGui::PopTextWrapPos();
-    if (!options.has_differences && !is_small() && state.set < options.rotations.of_sets.size())
+    if (!options.has_differences && !is_small(picture) && state.set < options.rotations.of_sets.size())
       draw_rotations(state.set);
     numbers_px = window_px();
     ImGui::End();
@@ -464,7 +458,7 @@ struct Panels {
 
   void draw_pose_numbers(const PlayerState& state, const store::JointPose& pose)
   {
-    if (!options.title.empty() && !is_small()) ImGui::Text("%s", options.title.c_str());
+    if (!options.title.empty() && !is_small(picture)) ImGui::Text("%s", options.title.c_str());
     if (readout->clinical) draw_own_angles(*readout->clinical);
     draw_rotation(0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
     draw_rotation(1, pose.attitude.varus_rad, varus_remark());
@@ -477,7 +471,7 @@ struct Panels {
     label("set");
     ImGui::Text("%s", set_labels[state.set].c_str());
     ImGui::PushTextWrapPos(message_width_em * em_px);
-    if (!is_small() && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
+    if (!is_small(picture) && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
       ImGui::TextUnformatted(options.verdicts[state.set].c_str());
     ImGui::PopTextWrapPos();
   }
@@ -952,7 +946,7 @@ struct Panels {
       label("gap");
       ImGui::Text("not measured");
     }
-    if (is_small()) return;
+    if (is_small(picture)) return;
     label("");
     ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
   }

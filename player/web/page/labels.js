@@ -101,6 +101,7 @@ const leastSide = 0.35, idStep = 5, shownPx = 34, belowTransportPx = 8;
 export class Labels {
   constructor(parent) {
     this.parent = parent;
+    this.transport = parent.parentElement.querySelector(".transport");
     this.svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   }
 
@@ -142,8 +143,8 @@ export class Labels {
     const shown = labels.map((label, k) => ({ ...label, ...anchors[k], k })).filter(({ k }) => anchors[k]);
     const measured = shown.map(({ x, y, k, isSide }) => ({ x, y, isSide, width: this.spans[k].offsetWidth, height: this.spans[k].offsetHeight, before: this.before[k] }));
     const isCovered = (x, y) => (ids[columns * (rows - 1 - Math.floor(y / step)) + Math.floor(x / step)] ?? nothing) !== nothing;
-    const transportPx = this.parent.parentElement.querySelector(".transport").offsetHeight + belowTransportPx;
-    const boxes = layOut(measured, { left: edgePx, top: shownPx, right: clientWidth - edgePx, bottom: clientHeight - transportPx - edgePx }, isCovered);
+    const bottom = clientHeight - this.transport.offsetHeight - belowTransportPx - edgePx;
+    const boxes = layOut(measured, { left: edgePx, top: shownPx, right: clientWidth - edgePx, bottom }, isCovered);
     for (const span of this.spans) span.style.visibility = "hidden";
     this.hasHistory = this.before.some((offset) => offset !== null);
     this.before.fill(null);

@@ -183,7 +183,6 @@ TEST(Gui, WarningsAreBesideASmallPicture)
   }
 }
 
-// A menu of the panel is closed by Escape alone, and only then is nothing left to close.
 TEST(Gui, NumbersOfTwoJointsAreBelowThem)
 {
   Desk desk(1280, 960, {.title = "A knee", .sets = {"raw"}, .has_differences = true});
@@ -197,6 +196,7 @@ TEST(Gui, NumbersOfTwoJointsAreBelowThem)
   EXPECT_GE(extent_of(drawn).min().y(), free.y + free.height);
 }
 
+// A menu of the panel is closed by Escape alone, and only then is nothing left to close.
 TEST(Gui, MenuClosesWithoutAChoice)
 {
   Desk desk;
