@@ -37,14 +37,15 @@ class InWindow : public test::PlayerPrograms {
   {
     return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
   }
-  /// The help page covers much of the window; a highlighted button changes less than a hundredth.
-  bool is_page_over(const view::Image& before) const
+  /// The panel is dark over less than half of the window, with the help page over more than half. The joint itself
+  /// cannot tell: it is drawn coarser while it moves.
+  bool is_page_over() const
   {
     const view::Image now = screen_.picture(width, height);
-    std::size_t n_changed = 0;
+    std::size_t n_dark = 0;
     for (std::size_t i = 0; i < now.rgba.size(); i += 4)
-      n_changed += static_cast<std::size_t>(now.rgba[i] != before.rgba[i]);
-    return n_changed > static_cast<std::size_t>(width) * height / 10;
+      n_dark += static_cast<std::size_t>(now.rgba[i] == 26);
+    return n_dark > static_cast<std::size_t>(width) * height / 2;
   }
 
   test::Screen screen_;
@@ -104,7 +105,7 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 {
   test::Process program(show());
   ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
-  view::Image before = screen_.picture(width, height);
+  const view::Image before = screen_.picture(width, height);
   mouse({"mousemove", "300", "300", "mousedown", "2", "mousemove", "360", "330", "mouseup", "2"});
   EXPECT_TRUE(changes_from(before));
   type("t");
@@ -112,15 +113,13 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
   type("t");
   EXPECT_TRUE(comes_true([&] { return is_panel_there(); }));
   // "help", the last button of the panel, opens the page; Escape closes it, not the window.
-  before = screen_.picture(width, height);
   mouse({"mousemove", "740", "560", "click", "1"});
-  ASSERT_TRUE(comes_true([&] { return is_page_over(before); }));
+  ASSERT_TRUE(comes_true([&] { return is_page_over(); }));
   type("Escape");
-  EXPECT_TRUE(comes_true([&] { return !is_page_over(before); }));
+  EXPECT_TRUE(comes_true([&] { return !is_page_over(); }));
   type("Escape");
-  before = screen_.picture(width, height);
   type("h");  // the window takes keys: it is still there
-  ASSERT_TRUE(comes_true([&] { return is_page_over(before); }));
+  ASSERT_TRUE(comes_true([&] { return is_page_over(); }));
   type("q");
   EXPECT_EQ(program.wait().exit_code, 0);
 }
