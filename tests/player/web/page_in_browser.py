@@ -672,6 +672,15 @@ class WebPage(unittest.TestCase):
             for name in ("joint", "plateau"):
                 drawn, shown = page.browser.value(f"((e) => [e.width, e.clientWidth])(document.getElementById('{name}'))")
                 self.assertLessEqual(abs(drawn - 2 * shown), 2, name)
+            # Names keep off the bar of controls, which is higher than on a wide screen, at any zoom.
+            page.browser.value("document.getElementById('named').click()")
+            page.settle()
+            for _ in range(8):
+                page.browser.value("document.getElementById('joint').dispatchEvent(new WheelEvent('wheel', { deltaY: -200, clientX: 195, clientY: 150, cancelable: true }))")
+                page.settle()
+                bar, *bottoms = page.browser.value("""[document.querySelector(".transport").getBoundingClientRect().top, ...[...document.querySelectorAll("#labels span")]
+                    .filter((e) => e.style.visibility === "visible").map((e) => e.getBoundingClientRect().bottom)]""")
+                self.assertLessEqual(max(bottoms), bar)
             self.whole(page, "phone")
             self.is_quiet(page)
 
