@@ -534,29 +534,41 @@ Eigen::VectorXd values_at(const store::GridD& grid, const std::vector<Cell>& cel
   return values;
 }
 
-/// I - H of each block, decomposed: e = (I - H)^-1 r. `Q` has the rows of all cells.
-std::vector<PivotedQr> decompose_blocks(const Eigen::MatrixXd& Q, const FittedCells& fitted)
+/// For the errors e = (I - Q Q^T)^-1 r of a block's rows Q. Of more rows than columns the smaller I - Q^T Q
+/// is decomposed: (I - Q Q^T)^-1 = I + Q (I - Q^T Q)^-1 Q^T (Woodbury).
+struct LeftOutBlock {
+  Eigen::MatrixXd Q;
+  PivotedQr qr;
+};
+
+/// `Q` has the rows of all cells.
+std::vector<LeftOutBlock> decompose_blocks(const Eigen::MatrixXd& Q, const FittedCells& fitted)
 {
-  std::vector<PivotedQr> decomposed;
+  std::vector<LeftOutBlock> decomposed;
   for (const std::vector<Eigen::Index>& block : fitted.blocks) {
-    const auto n = static_cast<Eigen::Index>(block.size());
+    LeftOutBlock& left_out = decomposed.emplace_back();
+    if (block.empty()) continue;
+    left_out.Q = Q(block, Eigen::all);
+    Eigen::MatrixXd transposed = left_out.Q.transpose();
+    if (transposed.cols() > transposed.rows()) transposed = left_out.Q;
+    const Eigen::Index n = transposed.cols();
     Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n);
-    for (Eigen::Index a = 0; a < n; ++a) {
-      for (Eigen::Index b = 0; b < n; ++b)
-        M(a, b) -= Q.row(block[static_cast<std::size_t>(a)]).dot(Q.row(block[static_cast<std::size_t>(b)]));
-    }
-    decomposed.push_back(n == 0 ? PivotedQr{} : pivoted_qr(M));
+    for (Eigen::Index a = 0; a < n; ++a)
+      for (Eigen::Index b = 0; b < n; ++b) M(a, b) -= transposed.col(a).dot(transposed.col(b));
+    left_out.qr = pivoted_qr(M);
   }
   return decomposed;
 }
 
 /// Errors of the rows of a block; NaN if the other rows do not determine the fit.
-Eigen::VectorXd errors_without(const PivotedQr& qr, const Eigen::VectorXd& own_residuals)
+Eigen::VectorXd errors_without(const LeftOutBlock& block, const Eigen::VectorXd& own_residuals)
 {
   const Eigen::Index n = own_residuals.size();
-  const bool is_determined = qr.rank == n && qr.R.diagonal().cwiseAbs().minCoeff() > smallest_pivot;
+  const bool is_determined =
+      is_full_rank(block.qr) && block.qr.R.diagonal().cwiseAbs().minCoeff() > smallest_pivot;
   if (!is_determined) return Eigen::VectorXd::Constant(n, nan);
-  return solve(qr, own_residuals);
+  if (block.qr.R.cols() == n) return solve(block.qr, own_residuals);
+  return own_residuals + block.Q * solve(block.qr, block.Q.transpose() * own_residuals);
 }
 
 }  // namespace
@@ -580,7 +592,7 @@ std::vector<store::GridD> leave_blocks_out(const SmoothInput& input, const Smoot
   const store::GridI blocks = block_numbers(input.status.rows(), input.status.cols(), size);
   std::vector<store::GridD> errors;
   FittedCells fitted;
-  std::vector<PivotedQr> decomposed;
+  std::vector<LeftOutBlock> decomposed;
   for (std::size_t s = 0; s < fit.residual.size(); ++s) {
     // Without weights, surfaces of the same cells have the same problem.
     const bool is_repeated =

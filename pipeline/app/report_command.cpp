@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 /// `vrda report`: writes motion models as one HTML page.
 struct ReportOptions {
   std::vector<std::string> files;    ///< motion models
-  std::string folder;                ///< output folder of index.html
+  std::string output;                ///< a page, *.html, or the folder of index.html
   std::vector<std::string> against;  ///< CSV files of curves
   std::string player;                ///< path of vrda-player; empty: next to this program
   bool is_quick = false;             ///< skip the audit of each smoothing degree
@@ -276,16 +276,20 @@ report::Report gathered(const ReportOptions& options)
   return report;
 }
 
-// Writes <folder>/index.html and prints its path. Writes nothing if a file is unreadable or has no solved
-// attitude.
+fs::path page_file(const fs::path& output)
+{
+  return output.extension() == ".html" && !fs::is_directory(output) ? output : output / "index.html";
+}
+
+// Writes the page and prints its path. Writes nothing if a file is unreadable or has no solved attitude.
 core::ExitCode report_command(const ReportOptions& options)
 {
   const report::Report report = gathered(options);
   for (const report::ReportModel& entry : report.models) {
     for (const std::string& line : report::warnings_of(entry)) core::log_info(entry.name + ": " + line);
   }
-  run::make_folder(options.folder);
-  const std::string file = (std::filesystem::path(options.folder) / "index.html").string();
+  const std::string file = page_file(options.output).string();
+  run::make_parent_folder(file);
   const core::ExitCode code = run::publish(file, "vrda report", report::report_page(report));
   std::printf("%s\n", options.as_json ? report::report_json(report).c_str() : file.c_str());
   return code;
@@ -297,7 +301,7 @@ void declare_report(Command& c)
 {
   auto& o = c.options<ReportOptions>();
   c.option("files", o.files, "Motion models (HDF5); several are compared").required();
-  c.option("-o,--output", o.folder, "Output folder").required();
+  c.option("-o,--output", o.output, "Page to write, *.html, or the folder of its index.html").required();
   c.option("--against", o.against, "Curve over flexion (CSV) to compare with; may be repeated").repeatable();
   c.option("--player", o.player, "Path of vrda-player, which draws the pictures; default: next to vrda");
   c.flag("--quick", o.is_quick, "Skip the audit of each smoothing degree");

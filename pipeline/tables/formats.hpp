@@ -57,7 +57,13 @@ std::array<std::string, 6> opensim_columns(const std::string& joint, Side side);
 /// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) takes the moving mesh's axes to
 /// the reference's, both canonical; on a left joint varus and internal are rotations about -X and -Y. (tx,
 /// ty, tz) in metres is the displacement of the moving point at the rotation centre, which the header names.
-std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options);
+/// followers: analysis::follower_curves() at the frames of the motion, as further columns in rad or degrees
+/// and m: "follower_patella_flexion_rad". Those of a body without a pose in some frame are left out.
+std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options,
+                          const std::vector<analysis::CurveGroup>& followers = {});
+
+/// OpenSim's names are parts of paths: characters but letters, digits, "_", "-" and "." become underscores.
+std::string opensim_name(const std::string& text);
 
 /// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell
 /// data: `body` (0 reference, 1 moving), `component`, `material` and `has_contact`; field data: the names

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <utility>
 
 #include "core/text.hpp"
@@ -15,6 +16,7 @@
 #include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
 #include "model/linear_algebra.hpp"
+#include "tables/formats.hpp"
 
 namespace vrda::tables {
 
@@ -77,6 +79,7 @@ struct FieldTable {
   std::vector<std::string> names;  ///< empty in a .tra file
   std::vector<Row> rows;
   TableHeader header = {};
+  bool is_opensim = false;
 
   [[noreturn]] void refuse(int line, const std::string& column, const std::string& found,
                            const std::string& wanted) const
@@ -155,6 +158,7 @@ FieldTable opensim_table(const std::string& file, std::string_view text)
   while (i < lines.size() && lower_case(std::string(job::trimmed(lines[i].text))) != "endheader") ++i;
   if (i >= lines.size()) table.refuse(0, "", "no line \"endheader\"", "the header of an OpenSim table");
   table.header = table_header(file, text, lines[i].number);
+  table.is_opensim = true;
   if (i + 1 >= lines.size())
     table.refuse(0, "", "no line after endheader", "column names, then one row for each frame");
   set_names(table, lines[i + 1], job::split_words(lines[i + 1].text));
@@ -344,27 +348,41 @@ struct NumberColumn {
   double factor = 1.0;
 };
 
+/// In the order of a search; the unit that a name without a suffix has is the table's.
+std::span<const Unit> units_of(std::size_t coordinate)
+{
+  if (is_rotation(coordinate)) return angle_units;
+  return length_units;
+}
+
+/// The unit in a column's name, else that of the header or degrees, and of an OpenSim table m, of others mm.
+double follower_unit(const FieldTable& table, const std::string& column, std::size_t coordinate)
+{
+  constexpr double degree = rad_from_deg(1.0);
+  for (const Unit& unit : units_of(coordinate))
+    if (column.ends_with(unit.suffix)) return unit.value > 0.0 ? unit.value : degree;
+  if (is_rotation(coordinate)) return table.header.angles == AngleUnit::radians ? 1.0 : degree;
+  return table.is_opensim ? 1000.0 : 1.0;
+}
+
 std::optional<NumberColumn> follower_column(const FieldTable& table, const std::string& follower,
                                             std::size_t coordinate,
                                             const std::map<std::string, std::string>& columns)
 {
+  const auto number_column = [&](std::size_t column, double sign) {
+    return NumberColumn{column, sign * follower_unit(table, table.names[column], coordinate)};
+  };
   const std::string word = follower_coordinate_names[coordinate];
-  const double standard = is_rotation(coordinate) ? rad_from_deg(1.0) : 1.0;
   const auto named = columns.find(word);
   if (named != columns.end())
-    return NumberColumn{required_column(table, without_sign(named->second)),
-                        named->second[0] == '-' ? -standard : standard};
-  for (const std::string& base : {"follower_" + follower + "_" + word, follower + "_" + word}) {
-    if (const auto column = column_named(table, base)) return NumberColumn{*column, standard};
-    const auto with_unit = [&](const auto& units) -> std::optional<NumberColumn> {
-      for (const Unit& unit : units) {
-        const auto column = column_named(table, base + unit.suffix);
-        if (column) return NumberColumn{*column, unit.value > 0.0 ? unit.value : standard};
-      }
-      return std::nullopt;
-    };
-    const auto column = is_rotation(coordinate) ? with_unit(angle_units) : with_unit(length_units);
-    if (column) return column;
+    return number_column(required_column(table, without_sign(named->second)),
+                         named->second[0] == '-' ? -1.0 : 1.0);
+  for (const std::string& own : {follower, opensim_name(follower)}) {
+    for (const std::string& name : {"follower_" + own + "_" + word, own + "_" + word}) {
+      if (const auto column = column_named(table, name)) return number_column(*column, 1.0);
+      for (const Unit& unit : units_of(coordinate))
+        if (const auto column = column_named(table, name + unit.suffix)) return number_column(*column, 1.0);
+    }
   }
   return std::nullopt;
 }

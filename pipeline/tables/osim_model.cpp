@@ -205,24 +205,12 @@ std::string metres_text(const Eigen::Vector3d& v_mm)
   return vector_text(metres_per_mm * v_mm);
 }
 
-/// OpenSim's names are parts of paths: other characters become underscores.
-std::string component_name(const std::string& text)
-{
-  std::string name;
-  for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                          c == '_' || c == '-' || c == '.';
-    name += is_plain ? c : '_';
-  }
-  return name.empty() ? "unnamed" : name;
-}
-
 /// Names that are unique within one set.
 class UniqueNames {
  public:
   std::string operator()(const std::string& text)
   {
-    const std::string name = component_name(text);
+    const std::string name = opensim_name(text);
     std::string unique = name;
     for (int k = 2; !used_.insert(unique).second; ++k) unique = name + "_" + std::to_string(k);
     return unique;
@@ -400,7 +388,7 @@ void add_joint(Node joints, const store::MotionModel& model, const FlexionMotion
 {
   if (!options.surfaces) require_rising_flexion(motion, options);
   const std::vector<std::string> bodies = body_names(model);
-  Node joint = add_named(joints, "CustomJoint", component_name(model.joint));
+  Node joint = add_named(joints, "CustomJoint", opensim_name(model.joint));
   add_text(joint, "socket_parent_frame", bodies[0] + "_offset");
   add_text(joint, "socket_child_frame", bodies[1] + "_offset");
   add_coordinates(joint, motion, options);
@@ -638,7 +626,7 @@ OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motio
   declaration.append_attribute("encoding") = "UTF-8";
   Node root = document.append_child("OpenSimDocument");
   root.append_attribute("Version") = document_version;
-  Node osim = add_named(root, "Model", component_name(model.title));
+  Node osim = add_named(root, "Model", opensim_name(model.title));
   add_text(osim, "credits",
            "Exported by vrda, set " + set_text(motion) + ". Masses and inertias are not those of a subject.");
   add_text(osim, "length_units", "meters");

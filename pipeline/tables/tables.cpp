@@ -256,12 +256,35 @@ std::string name_line(const FlexionMotion& motion)
   return line + "\n";
 }
 
-std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
+/// In the unit of the table: rad or degrees, and m. Without those bodies that have no pose in some frame: a
+/// field of these tables is a number.
+std::vector<analysis::Curve> in_opensim_units(const std::vector<analysis::CurveGroup>& followers,
+                                              bool in_degrees)
+{
+  std::vector<analysis::Curve> columns;
+  for (const analysis::CurveGroup& group : followers) {
+    for (const analysis::Curve& curve : group.curves) {
+      if (std::ranges::any_of(curve.values, [](double value) { return std::isnan(value); })) continue;
+      const std::size_t at = curve.name.rfind('_');
+      const bool is_angle = curve.name.substr(at) == "_deg";
+      const double factor = !is_angle ? metres_per_mm : in_degrees ? 1.0 : rad_from_deg(1.0);
+      analysis::Curve& column = columns.emplace_back(curve);
+      column.name = opensim_name(curve.name.substr(0, at)) + (!is_angle    ? "_m"
+                                                              : in_degrees ? "_deg"
+                                                                           : "_rad");
+      for (double& value : column.values) value *= factor;
+    }
+  }
+  return columns;
+}
+
+std::string header(const FlexionMotion& motion, const OpenSimOptions& options,
+                   const std::vector<analysis::Curve>& followers)
 {
   std::string text = name_line(motion);
   text += "version=1\n";
   text += "nRows=" + std::to_string(motion.frames.size()) + "\n";
-  text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
+  text += "nColumns=" + std::to_string(1 + options.columns.size() + followers.size()) + "\n";
   text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n";
   std::string negated;
   for (std::size_t k = 0; k < options.columns.size(); ++k)
@@ -282,6 +305,7 @@ std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
   }
   text += "endheader\ntime";
   for (const std::string& column : options.columns) text += "\t" + column;
+  for (const analysis::Curve& column : followers) text += "\t" + column.name;
   return text + "\n";
 }
 
@@ -304,6 +328,17 @@ std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame
 
 }  // namespace
 
+std::string opensim_name(const std::string& text)
+{
+  std::string name;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                          c == '_' || c == '-' || c == '.';
+    name += is_plain ? c : '_';
+  }
+  return name.empty() ? "unnamed" : name;
+}
+
 std::array<std::string, 6> opensim_columns(const std::string& joint, Side side)
 {
   std::array<std::string, 6> columns{"flex", "add", "rot", "tx", "ty", "tz"};
@@ -312,13 +347,17 @@ std::array<std::string, 6> opensim_columns(const std::string& joint, Side side)
   return columns;
 }
 
-std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options)
+std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options,
+                          const std::vector<analysis::CurveGroup>& followers)
 {
-  std::string text = header(motion, options);
-  for (const FlexionFrame& frame : motion.frames) {
+  const std::vector<analysis::Curve> further = in_opensim_units(followers, options.in_degrees);
+  std::string text = header(motion, options, further);
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    const FlexionFrame& frame = motion.frames[k];
     text += shortest_decimal(motion.key_name.empty() ? time_s(motion, frame, options.degrees_per_second)
                                                      : frame.pose.key);
     for (const double number : numbers_of(motion, frame, options)) text += "\t" + shortest_decimal(number);
+    for (const analysis::Curve& column : further) text += "\t" + shortest_decimal(column.values[k]);
     text += "\n";
   }
   return text;

@@ -315,6 +315,20 @@ TEST_F(FollowerCommands, MeasuredFramesAreImported)
   EXPECT_NEAR(
       follower_of(store::read_motion_model(path("other.h5"))).coordinates[JointCoordinate::proximal](3, 0),
       -bead.coordinates[JointCoordinate::proximal](3, 0), 1e-9);
+  // OpenSim's tables have them in rad or degrees and m.
+  for (const std::string unit : {"rad", "degrees"}) {
+    const std::string sto = path(unit + ".sto"), again = path(unit + ".h5");
+    std::vector<std::string> to_sto{"export", model,   "--to", "sto",     "-o",
+                                    sto,      "--set", "raw",  "--varus", "0"};
+    if (unit == "degrees") to_sto.emplace_back("--degrees");
+    succeed(to_sto);
+    EXPECT_THAT(test::text_of(sto), testing::HasSubstr("\tfollower_bead_flexion_" + unit.substr(0, 3)));
+    succeed({"import", job.string(), "--motion", sto, "-o", again});
+    const store::MotionModel read = store::read_motion_model(again);
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+      EXPECT_LT((follower_of(read).coordinates[k] - bead.coordinates[k]).cwiseAbs().maxCoeff(), 1e-9)
+          << unit << k;
+  }
   std::string table = test::text_of(path("t.csv"));
   table.replace(table.find("follower_bead_tilt_deg"), 22, "unknown_column_of_tilt");
   scratch_.write("part.csv", table);

@@ -47,6 +47,9 @@ TEST_F(ReportCommand, WritesOnePageAndPrintsItsPath)
   EXPECT_TRUE(test::text_of(folder() + "/index.html") == page);
   EXPECT_EQ(test::text_of(file), before);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder()), {}), 1);
+  const std::string named = (scratch_.path() / "made" / "page.html").string();
+  EXPECT_EQ(report({file, "-o", named, "--quiet"}).out, named + "\n");
+  EXPECT_TRUE(test::text_of(named) == page);
 }
 
 TEST_F(ReportCommand, DataHoldWhatWasMeasuredAndCompared)
