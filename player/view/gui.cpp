@@ -445,13 +445,12 @@ struct Panels {
     ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
     ImGui::SetWindowFontScale(picture_scale(picture));
     if (!options.has_differences) draw_pose_numbers(state, pose);
-    ImGui::PushTextWrapPos(message_width_em * em_px);
-    const bool is_remarked = has_remark(state) && !is_folded(uncovered) && readout->message == nullptr;
-    const char* const message = is_remarked ? options.remark.c_str() : readout->message;
-    if (message != nullptr) ImGui::TextColored(warning_colour, "%s", message);
-    ImGui::PopTextWrapPos();
-    if (!options.has_differences && !is_small(picture) && state.set < options.rotations.of_sets.size())
-      draw_rotations(state.set);
+    if (readout->message != nullptr) {
+      ImGui::PushTextWrapPos(message_width_em * em_px);
+      ImGui::TextColored(warning_colour, "%s", readout->message);
+      ImGui::PopTextWrapPos();
+    }
+    if (!is_motion_in_panel(state)) draw_motion(state, message_width_em * em_px);
     numbers_px = window_px();
     ImGui::End();
   }
@@ -470,10 +469,47 @@ struct Panels {
     }
     label("set");
     ImGui::Text("%s", set_labels[state.set].c_str());
-    ImGui::PushTextWrapPos(message_width_em * em_px);
-    if (!is_small(picture) && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
-      ImGui::TextUnformatted(options.verdicts[state.set].c_str());
+  }
+
+  /// Verdict and remark on the shown set. A small picture has the numbers alone.
+  std::array<std::string_view, 2> motion_texts(const PlayerState& state) const
+  {
+    std::array<std::string_view, 2> texts;
+    if (!is_folded(picture) && state.set < options.verdicts.size()) texts[0] = options.verdicts[state.set];
+    if (!is_folded(uncovered) && has_remark(state)) texts[1] = options.remark;
+    return texts;
+  }
+  bool has_rotations(const PlayerState& state) const
+  {
+    return !is_folded(picture) && state.set < options.rotations.of_sets.size();
+  }
+
+  /// What is said of the whole motion is at the end of the panel where that has room, rather than over the
+  /// joint.
+  bool is_motion_in_panel(const PlayerState& state) const
+  {
+    if (!frame->has_controls || !state.shows_panel || state.shows_structures) return false;
+    const ImFont& font = *ImGui::GetFont();
+    float height = has_rotations(state) ? (curve_height_em + 4.0F) * em_px : 0.0F;
+    for (const std::string_view text : motion_texts(state)) {
+      if (text.empty()) continue;
+      const char* const end = text.data() + text.size();
+      height += ImGui::GetStyle().ItemSpacing.y +
+                font.CalcTextSizeA(em_px, FLT_MAX, panel_text_width_px, text.data(), end).y;
+    }
+    return height <= panel_room_px;
+  }
+
+  void draw_motion(const PlayerState& state, float width_px)
+  {
+    const auto [verdict, remark] = motion_texts(state);
+    ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width_px);
+    if (!verdict.empty()) ImGui::TextUnformatted(verdict.data(), verdict.data() + verdict.size());
+    ImGui::PushStyleColor(ImGuiCol_Text, warning_colour);
+    if (!remark.empty()) ImGui::TextUnformatted(remark.data(), remark.data() + remark.size());
+    ImGui::PopStyleColor();
     ImGui::PopTextWrapPos();
+    if (has_rotations(state)) draw_rotations(state.set, width_px);
   }
 
   /// Of the shown pose in a plot over these flexions, from 0 to 1.
@@ -482,12 +518,11 @@ struct Panels {
     return (readout->pose.attitude.flexion_rad - first_rad) / std::max(last_rad - first_rad, 1e-9);
   }
 
-  void draw_rotations(std::size_t set)
+  void draw_rotations(std::size_t set, float wide)
   {
     const RotationPlots& all = options.rotations;
     ImGui::TextColored(quiet_colour, "internal rotation over flexion, °");
     const double now = position_between(all.first_flexion_rad, all.last_flexion_rad);
-    const float wide = message_width_em * ImGui::GetFontSize();
     draw_plot(all.of_sets[set], now, ImVec2(wide, curve_height_em * ImGui::GetFontSize()));
     draw_names(all.of_sets[set], ImGui::GetCursorPosX(), wide);
   }
@@ -574,6 +609,9 @@ struct Panels {
     for (const Action action : {pressed_view(), pressed_tool()}) {
       if (action != Action::none) answer.action = action;
     }
+    panel_room_px = ImGui::GetContentRegionAvail().y;
+    panel_text_width_px = ImGui::GetContentRegionAvail().x;
+    if (state.shows_numbers && is_motion_in_panel(state)) draw_motion(state, panel_text_width_px);
     ImGui::End();
     return answer;
   }
@@ -998,9 +1036,10 @@ struct Panels {
 
   GuiOptions options;
   std::vector<std::string> set_labels;
-  std::array<std::string, 3> held_labels;      ///< in the order of holdable
-  float em_px, panel_width_px, bar_height_px;  ///< size of the text, and of the controls
-  float shown_varus_deg = 0.0F;                ///< while playing, until then
+  std::array<std::string, 3> held_labels;                  ///< in the order of holdable
+  float em_px, panel_width_px, bar_height_px;              ///< size of the text, and of the controls
+  float panel_room_px = 0.0F, panel_text_width_px = 0.0F;  ///< below the controls of the panel, last frame
+  float shown_varus_deg = 0.0F;                            ///< while playing, until then
   double varus_until_s = 0.0;
   // Of the present frame.
   const GuiFrame* frame = nullptr;
