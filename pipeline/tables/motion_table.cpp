@@ -348,7 +348,7 @@ struct NumberColumn {
   double factor = 1.0;
 };
 
-/// In the order of a search; the unit that a name without a suffix has is the table's.
+/// Suffixes of a column's name, in the order in which they are looked for.
 std::span<const Unit> units_of(std::size_t coordinate)
 {
   if (is_rotation(coordinate)) return angle_units;

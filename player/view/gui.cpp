@@ -450,7 +450,7 @@ struct Panels {
       ImGui::TextColored(warning_colour, "%s", readout->message);
       ImGui::PopTextWrapPos();
     }
-    if (!is_motion_in_panel(state)) draw_motion(state, message_width_em * em_px);
+    if (!is_motion_in_panel(state)) draw_motion(state, message_width_em * ImGui::GetFontSize());
     numbers_px = window_px();
     ImGui::End();
   }
