@@ -11,7 +11,7 @@
 #include "show/view_state.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
-#include "view/gap_reading.hpp"
+#include "view/readings.hpp"
 #include "view/gui.hpp"
 #include "view/labels.hpp"
 #include "view/player_state.hpp"

@@ -34,7 +34,6 @@ constexpr ImU32 plot_backing = IM_COL32(41, 44, 50, 255);
 constexpr ImU32 band_alpha = 70;
 constexpr float label_aside_part = 0.06F;  // between what is named and the names
 constexpr double varus_for_s = 0.25;
-constexpr std::size_t n_of_rotation_plot = 61;
 constexpr float opacity_width_em = 4.0F, card_height_em = 17.0F, curve_height_em = 4.5F;
 // Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
 constexpr float backing = 0.85F;
@@ -1170,35 +1169,6 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
   return {0, strip_px, area.width, std::max(1, area.height - strip_px - plots_px)};
 }
 
-RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets)
-{
-  if (!model.prior) return {};
-  const store::Motion alone(model, store::bones_alone_name);
-  const auto line = [&](const std::string& set, float width_px) {
-    const store::Motion motion(model, set);
-    CurveLine curve{set_label(set), {}, {}, {}, width_px};
-    for (std::size_t i = 0; i < n_of_rotation_plot; ++i) {
-      const double flexion_rad = std::lerp(alone.first_flexion_rad(), alone.last_flexion_rad(),
-                                           static_cast<double>(i) / (n_of_rotation_plot - 1));
-      const store::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
-      const auto rotation_deg = [&] {
-        return as_deg(
-            clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm)
-                .internal_rotation_rad);
-      };
-      curve.values.push_back(pose.status == store::PoseStatus::solved ? rotation_deg() : NAN);
-    }
-    return curve;
-  };
-  RotationPlots plots{{}, alone.first_flexion_rad(), alone.last_flexion_rad()};
-  const CurveLine thin = line(store::bones_alone_name, 1.0F);
-  for (const std::string& set : sets) {
-    plots.of_sets.push_back({line(set, 2.0F)});
-    if (set != store::bones_alone_name) plots.of_sets.back().push_back(thin);
-  }
-  return plots;
-}
-
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
 {
   ColourKey key;
@@ -1212,17 +1182,6 @@ ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
   const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
   key.axes = labels.subspan(first, last - first);
   return key;
-}
-
-std::string set_label(const std::string& set)
-{
-  if (set == "raw") return "raw cells";
-  std::string label = set;
-  const std::string suffix = "_recontacted";
-  const std::size_t at = label.find(suffix);
-  if (at != std::string::npos) label = label.substr(0, at) + ", recontacted";
-  std::replace(label.begin(), label.end(), '_', ' ');
-  return label;
 }
 
 std::uint64_t gui_allocation_count()

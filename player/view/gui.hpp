@@ -12,31 +12,15 @@
 #include <vector>
 
 #include "model/coordinates.hpp"
-#include "view/gap_reading.hpp"
 #include "view/labels.hpp"
 #include "view/overlay_text.hpp"
 #include "view/player_state.hpp"
+#include "view/readings.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
 #include "view/structures.hpp"
 
 namespace vrda::view {
-
-/// A curve at evenly spaced positions of the timeline; NaN: none there.
-struct CurveLine {
-  std::string name;
-  std::vector<float> values, low = {}, high = {};  ///< without a band the last two are empty
-  float width_px = 1.5F;
-};
-
-/// Internal rotation of the shown motion and, thin, of the bones alone, degrees.
-struct RotationPlots {
-  std::vector<std::vector<CurveLine>> of_sets;  ///< empty for a model without a prior
-  double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
-};
-
-/// At the balanced varus of each of `sets`.
-RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets);
 
 /// Constant while a file is shown.
 struct GuiOptions {
@@ -157,9 +141,6 @@ class Gui {
   struct Inner;
   std::unique_ptr<Inner> inner_;
 };
-
-/// Display name of a set: "degree_6_recontacted" gives "degree 6, recontacted".
-std::string set_label(const std::string& set);
 
 /// Number of allocations by the interface library since program start; it bypasses operator new.
 std::uint64_t gui_allocation_count();

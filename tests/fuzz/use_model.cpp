@@ -6,7 +6,7 @@
 #include "fuzz/outcome.hpp"
 #include "store/motion.hpp"
 #include "view/camera.hpp"
-#include "view/gap_reading.hpp"
+#include "view/readings.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::test {

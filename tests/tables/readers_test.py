@@ -169,8 +169,8 @@ def check_sto(vrda, file, folder):
     table = pandas.read_csv(folder / "knee.mot", sep="\t", skiprows=header.count("\n") + 1, float_precision="round_trip")
     keys = dict(re.findall(r"(\w+)=(.+)", header))
     centre = numpy.array([float(word) for word in keys.pop("rotation_centre_mm").split()])
-    check(keys == {"version": "1", "nRows": "4", "nColumns": "7", "inDegrees": "yes", "translations": "rotation-centre"}, f"another header: {keys}")
-    check(table.shape == (4, 7) and list(table.columns[:2]) == ["time", "knee_angle_r"], "another table")
+    check(keys == {"version": "1", "nRows": "4", "nColumns": "13", "inDegrees": "yes", "translations": "rotation-centre"}, f"another header: {keys}")
+    check(table.shape == (4, 13) and list(table.columns[:2]) == ["time", "knee_angle_r"], "another table")
     check(numpy.allclose(table.time, numpy.array(FLEXIONS) / 45, atol=1e-12), "another clock")
     with h5py.File(file) as model:
         for i in range(4):
@@ -180,6 +180,10 @@ def check_sto(vrda, file, folder):
             check(numpy.abs(R - X[:3, :3]).max() < 1e-12, "the angles make another pose")
             t_mm = 1e3 * row[["knee_tx_r", "knee_ty_r", "knee_tz_r"]].to_numpy()
             check(numpy.abs(t_mm - (X[:3, :3] @ centre + X[:3, 3] - centre)).max() < 1e-9, "another translation")
+            kneecap = model["followers/patella"]
+            j = int(numpy.argmax(model["is_spine"][i]))
+            check(abs(row.follower_patella_tilt_deg - kneecap["tilt"][i, j]) < 1e-9, "another tilt")
+            check(abs(1e3 * row.follower_patella_proximal_m - kneecap["proximal"][i, j]) < 1e-9, "another place of the kneecap")
 
 
 def check_groups(file):

@@ -1,4 +1,4 @@
-#include "view/gap_reading.hpp"
+#include "view/readings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,7 @@
 
 #include "core/axis.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 
 namespace vrda::view {
 namespace {
@@ -103,6 +104,47 @@ GapReading GapReader::at(const Attitude& attitude) const
   }
   if (is_recontacted_) return {GapSource::recontacted, {nan, nan}, 0.0, 0.0};
   return {GapSource::none};
+}
+
+std::string set_label(const std::string& set)
+{
+  if (set == "raw") return "raw cells";
+  std::string label = set;
+  const std::string suffix = "_recontacted";
+  const std::size_t at = label.find(suffix);
+  if (at != std::string::npos) label = label.substr(0, at) + ", recontacted";
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return label;
+}
+
+RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets)
+{
+  if (!model.prior) return {};
+  constexpr std::size_t n_values = 61;
+  const store::Motion alone(model, store::bones_alone_name);
+  const auto line = [&](const std::string& set, float width_px) {
+    const store::Motion motion(model, set);
+    CurveLine curve{set_label(set), {}, {}, {}, width_px};
+    for (std::size_t i = 0; i < n_values; ++i) {
+      const double flexion_rad = std::lerp(alone.first_flexion_rad(), alone.last_flexion_rad(),
+                                           static_cast<double>(i) / (n_values - 1));
+      const store::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+      const auto rotation_deg = [&] {
+        return static_cast<float>(deg_from_rad(
+            clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm)
+                .internal_rotation_rad));
+      };
+      curve.values.push_back(pose.status == store::PoseStatus::solved ? rotation_deg() : NAN);
+    }
+    return curve;
+  };
+  RotationPlots plots{{}, alone.first_flexion_rad(), alone.last_flexion_rad()};
+  const CurveLine thin = line(store::bones_alone_name, 1.0F);
+  for (const std::string& set : sets) {
+    plots.of_sets.push_back({line(set, 2.0F)});
+    if (set != store::bones_alone_name) plots.of_sets.back().push_back(thin);
+  }
+  return plots;
 }
 
 }  // namespace vrda::view

@@ -1,7 +1,8 @@
-/// The gap between the objects at an attitude, from the data of the motion model.
+/// What the panels say of a set of the motion model: its name, its gaps, its rotation.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "model/frames.hpp"
 #include "store/motion.hpp"
@@ -44,5 +45,24 @@ class GapReader {
   bool is_recontacted_ = false;
   const store::MotionModel& model_;
 };
+
+/// A curve at evenly spaced positions of the timeline; NaN: none there.
+struct CurveLine {
+  std::string name;
+  std::vector<float> values, low = {}, high = {};  ///< without a band the last two are empty
+  float width_px = 1.5F;
+};
+
+/// Internal rotation of the shown motion and, thin, of the bones alone, degrees.
+struct RotationPlots {
+  std::vector<std::vector<CurveLine>> of_sets;  ///< empty for a model without a prior
+  double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
+};
+
+/// At the balanced varus of each of `sets`.
+RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets);
+
+/// Display name of a set: "degree_6_recontacted" gives "degree 6, recontacted".
+std::string set_label(const std::string& set);
 
 }  // namespace vrda::view

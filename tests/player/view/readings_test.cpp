@@ -1,4 +1,4 @@
-#include "view/gap_reading.hpp"
+#include "view/readings.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda::view::gap_reading_test {
+namespace vrda::view::readings_test {
 
 constexpr double rounding_mm = 1e-12;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -142,4 +142,4 @@ TEST(GapReading, Sequence)
   }
 }
 
-}  // namespace vrda::view::gap_reading_test
+}  // namespace vrda::view::readings_test
