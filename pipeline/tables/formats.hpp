@@ -62,9 +62,6 @@ std::array<std::string, 6> opensim_columns(const std::string& joint, Side side);
 std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options,
                           const std::vector<analysis::CurveGroup>& followers = {});
 
-/// OpenSim's names are parts of paths: characters but letters, digits, "_", "-" and "." become underscores.
-std::string opensim_name(const std::string& text);
-
 /// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell
 /// data: `body` (0 reference, 1 moving), `component`, `material` and `has_contact`; field data: the names
 /// indexed by `component` and `material`, the attitude and the clinical numbers.

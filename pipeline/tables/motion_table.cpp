@@ -16,9 +16,19 @@
 #include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
 #include "model/linear_algebra.hpp"
-#include "tables/formats.hpp"
 
 namespace vrda::tables {
+
+std::string opensim_name(const std::string& text)
+{
+  std::string name;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                          c == '_' || c == '-' || c == '.';
+    name += is_plain ? c : '_';
+  }
+  return name.empty() ? "unnamed" : name;
+}
 
 std::string length_unit_name(double length_mm)
 {

@@ -209,6 +209,9 @@ struct TableHeader {
 /// two lines of one key that differ.
 TableHeader table_header(const std::string& file, std::string_view text, std::size_t end_line);
 
+/// OpenSim's names are parts of paths: characters but letters, digits, "_", "-" and "." become underscores.
+std::string opensim_name(const std::string& text);
+
 /// The poses of the table's frames under `convention`. Throws InputError naming file and line for a matrix
 /// that is not a rotation within 0.01 per element of R^T R, or mirrors, and for a position beyond 1e9 mm.
 std::vector<Pose> poses_of(const MotionTable& table, const Convention& convention, const JointFrame& joint);

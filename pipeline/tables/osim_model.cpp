@@ -15,6 +15,7 @@
 #include "model/frames.hpp"
 #include "model/mesh.hpp"
 #include "store/motion.hpp"
+#include "tables/motion_table.hpp"
 
 namespace vrda::tables {
 namespace {

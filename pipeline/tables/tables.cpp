@@ -14,6 +14,7 @@
 #include "model/step_record.hpp"
 #include "store/solved_cells.hpp"
 #include "tables/formats.hpp"
+#include "tables/motion_table.hpp"
 
 namespace vrda::tables {
 namespace {
@@ -327,17 +328,6 @@ std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame
 }
 
 }  // namespace
-
-std::string opensim_name(const std::string& text)
-{
-  std::string name;
-  for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                          c == '_' || c == '-' || c == '.';
-    name += is_plain ? c : '_';
-  }
-  return name.empty() ? "unnamed" : name;
-}
 
 std::array<std::string, 6> opensim_columns(const std::string& joint, Side side)
 {
