@@ -549,12 +549,12 @@ std::vector<LeftOutBlock> decompose_blocks(const Eigen::MatrixXd& Q, const Fitte
     LeftOutBlock& left_out = decomposed.emplace_back();
     if (block.empty()) continue;
     left_out.Q = Q(block, Eigen::all);
-    Eigen::MatrixXd transposed = left_out.Q.transpose();
-    if (transposed.cols() > transposed.rows()) transposed = left_out.Q;
-    const Eigen::Index n = transposed.cols();
+    Eigen::MatrixXd shorter = left_out.Q.transpose();
+    if (shorter.cols() > shorter.rows()) shorter = left_out.Q;
+    const Eigen::Index n = shorter.cols();
     Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n);
     for (Eigen::Index a = 0; a < n; ++a)
-      for (Eigen::Index b = 0; b < n; ++b) M(a, b) -= transposed.col(a).dot(transposed.col(b));
+      for (Eigen::Index b = 0; b < n; ++b) M(a, b) -= shorter.col(a).dot(shorter.col(b));
     left_out.qr = pivoted_qr(M);
   }
   return decomposed;

@@ -301,13 +301,13 @@ std::vector<std::string> write_stl(const ExportOptions& options, const store::Mo
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
                     const tables::FlexionMotion& motion)
 {
+  if (options.format == "mrk")
+    return tables::markups_in_scan(model, motion, tables::scan_frame(model, options.file));
+  if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
   std::vector<store::JointPose> poses;
   for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose);
   if (options.format == "csv")
     return tables::flexion_csv(motion, analysis::flexion_curves(model, poses, run::thread_count_or_all(0)));
-  if (options.format == "mrk")
-    return tables::markups_in_scan(model, motion, tables::scan_frame(model, options.file));
-  if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
   return tables::opensim_table(motion, opensim_options(options, model, motion.side),
                                analysis::follower_curves(model, poses, 1));
 }

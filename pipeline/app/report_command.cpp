@@ -278,7 +278,9 @@ report::Report gathered(const ReportOptions& options)
 
 fs::path page_file(const fs::path& output)
 {
-  return output.extension() == ".html" && !fs::is_directory(output) ? output : output / "index.html";
+  std::error_code unreadable;  // refused where the page is written
+  const bool is_page = output.extension() == ".html" && !fs::is_directory(output, unreadable);
+  return is_page ? output : output / "index.html";
 }
 
 // Writes the page and prints its path. Writes nothing if a file is unreadable or has no solved attitude.

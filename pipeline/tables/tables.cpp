@@ -264,10 +264,10 @@ std::vector<analysis::Curve> in_opensim_units(const std::vector<analysis::CurveG
 {
   std::vector<analysis::Curve> columns;
   for (const analysis::CurveGroup& group : followers) {
+    const bool is_angle = group.unit == "degrees";
     for (const analysis::Curve& curve : group.curves) {
       if (std::ranges::any_of(curve.values, [](double value) { return std::isnan(value); })) continue;
-      const std::size_t at = curve.name.rfind('_');
-      const bool is_angle = curve.name.substr(at) == "_deg";
+      const std::size_t at = curve.name.rfind('_');  // of its unit
       const double factor = !is_angle ? metres_per_mm : in_degrees ? 1.0 : rad_from_deg(1.0);
       analysis::Curve& column = columns.emplace_back(curve);
       column.name = opensim_name(curve.name.substr(0, at)) + (!is_angle    ? "_m"

@@ -37,8 +37,8 @@ class InWindow : public test::PlayerPrograms {
   {
     return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
   }
-  /// The panel is dark over less than half of the window, with the help page over more than half. The joint itself
-  /// cannot tell: it is drawn coarser while it moves.
+  /// The panel is dark over less than half of the window, with the help page over more than half. The joint
+  /// itself cannot tell: it is drawn coarser while it moves.
   bool is_page_over() const
   {
     const view::Image now = screen_.picture(width, height);
