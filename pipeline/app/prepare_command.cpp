@@ -493,10 +493,10 @@ class Preparation {
       added_mm = std::max(added_mm, -part.component.inset_mm);
     const std::string where = options_.patella + ": --patella: ";
     if (cap.gap_mm < doubted_overlap_mm)
-      out_.warnings.push_back(where + rounded_text(-cap.gap_mm, 1) + " mm inside the femur in the scan");
+      out_.warnings.push_back(where + fixed_text(-cap.gap_mm, 1) + " mm inside the femur in the scan");
     const double gap_mm = cap.gap_mm - added_mm;
     if (gap_mm > most_mm)
-      out_.warnings.push_back(where + rounded_text(cap.gap_mm, 1) +
+      out_.warnings.push_back(where + fixed_text(cap.gap_mm, 1) +
                               " mm from the femur in the scan; layers of " + shortest_decimal(most_mm) +
                               " mm in all are assumed");
     return std::round(100.0 * std::clamp(gap_mm, 0.0, most_mm)) / 100.0;

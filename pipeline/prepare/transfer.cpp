@@ -199,6 +199,12 @@ model::Ligaments kneecap_ligaments(const TemplateJoint& own_side, const geometry
   return ligaments;
 }
 
+double diagonal_mm(const Mesh& mesh)
+{
+  const Box box = bounding_box(mesh);
+  return (box.max_mm - box.min_mm).norm();
+}
+
 const job::Follower& patella_of(const TemplateJoint& own_side)
 {
   if (!own_side.patella)
@@ -213,12 +219,21 @@ Kneecap registered_kneecap(const TemplateJoint& own_side, const geometry::KneeFi
                            const SubjectBones& subject, const geometry::BoneSurfaces& patella,
                            const std::string& file)
 {
-  constexpr double largest_residual_mm = 4.0, farthest_centre_mm = 90.0;
+  constexpr double largest_residual_mm = 4.0, farthest_centre_mm = 90.0, most_size_ratio = 3.0;
   constexpr int n_points = 1200;
   const job::Follower& of_template = patella_of(own_side);
   const Mesh whole = joined(patella), model = joined(surfaces_of(of_template.body));
   const Eigen::Vector3d mean_mm = whole.vertices_mm.colwise().mean(),
                         model_mm = model.vertices_mm.colwise().mean();
+  const auto refuse = [&](const std::string& reason) {
+    throw InputError(
+        {file, "--patella", reason, "the patella of this knee, in the place and the unit of the bones"});
+  };
+  // A mesh in another unit has no point near the model.
+  const double size_mm = diagonal_mm(whole), model_size_mm = fit.femur.scale.mean() * diagonal_mm(model);
+  if (!(size_mm > model_size_mm / most_size_ratio && size_mm < model_size_mm * most_size_ratio))
+    refuse("a mesh " + fixed_text(size_mm, 0) + " mm across, where about " + fixed_text(model_size_mm, 0) +
+           " are expected: its unit may be another");
   std::vector<geometry::BoneFit> starts;
   for (const double flexion_deg : {0.0, -25.0, 25.0, 50.0, 75.0}) {
     geometry::BoneFit start;
@@ -230,17 +245,14 @@ Kneecap registered_kneecap(const TemplateJoint& own_side, const geometry::KneeFi
   const geometry::BoneFit found = fit_bone(geometry::sample_surface(model, n_points),
                                            NearestSurface(geometry::without_noise(whole)), starts, {});
   const Eigen::Vector3d scanned_mm = found(of_template.centre_mm);
-  const auto refuse = [&](const std::string& reason) {
-    throw InputError({file, "--patella", reason, "the patella of this knee, in the scan of the bones"});
-  };
   if (!(found.residual_mm < largest_residual_mm))
-    refuse("a surface " + rounded_text(found.residual_mm, 1) +
+    refuse("a surface " + fixed_text(found.residual_mm, 1) +
            " mm (root mean square) off the template's patella");
   if (found.scale.minCoeff() <= 0.5 || found.scale.maxCoeff() >= 2.0)
     refuse("a size beyond 0.5 to 2 times that of the template's patella");
   if (!(scanned_mm.x() > 0.0 &&
         scanned_mm.norm() < farthest_centre_mm * std::max(1.0, fit.femur.scale.mean())))
-    refuse("a mesh " + rounded_text(scanned_mm.norm(), 0) + " mm from the centre of the knee" +
+    refuse("a mesh " + fixed_text(scanned_mm.norm(), 0) + " mm from the centre of the knee" +
            (scanned_mm.x() > 0.0 ? "" : ", behind the femur's axis"));
   Kneecap cap;
   cap.centre_mm = fit.femur.scale.cwiseProduct(of_template.centre_mm - own_side.knee.origin_mm);

@@ -137,6 +137,7 @@ void knee_bones(const Scratch& scratch)
   write("tibia_mm.stl", tibia, 1.0);
   write("fibula.stl", joint.fibula);
   write("large.stl", joint.fibula, 1.0);
+  write("patella_mm.stl", joined(prepare::surfaces_of(joint.patella->body)), 1.0);
   write("newt_femur.stl", femur, 0.3);  // in mm
   write("newt_tibia.stl", tibia, 0.3);
   const geometry::Shape hip = geometry::generate_shape({"hip", {}, {}});
