@@ -306,6 +306,20 @@ TEST(Kneecap, fitted_to_the_femur)
   EXPECT_TRUE(std::isnan(own.residual_mm));
 }
 
+// On the generic knee the nearest line of the quadriceps ends 31 mm from the axis at 90 degrees.
+TEST(Kneecap, lines_end_outside_their_cylinders)
+{
+  TemplateJoint joint = prepare::generic_template();
+  const Copy copy = copy_of(joint, 1.0);
+  const auto radius_mm = [&](double given_mm) {
+    for (model::Wrap& wrap : joint.patella->ligaments.wraps) wrap.radii_mm.head<2>().setConstant(given_mm);
+    return fitted_kneecap(joint, copy.fit, copy.bones).ligaments.wraps.front().radii_mm.x();
+  };
+  EXPECT_GT(radius_mm(40), 24.0);
+  EXPECT_LT(radius_mm(40), 31.0);
+  EXPECT_EQ(radius_mm(24), 24.0);
+}
+
 TEST(TemplateJoint, mirrored_twice)
 {
   const TemplateJoint joint = prepare::generic_template(), twice = mirrored(mirrored(joint));
