@@ -132,8 +132,8 @@ export class GapLayer {
 const cylinder = 0;
 /// Links of a wrapped fibre; compared with the library on a real knee: strain error 0.0016, variation between poses 0.0002.
 const nLinks = 24;
-/// Relaxation sweeps from a straight line, and from the path at the previous pose.
-const coldSweeps = 400, warmSweeps = 30;
+/// Relaxation sweeps from a straight line, and from the path at the previous pose, of ends no further away.
+const coldSweeps = 400, warmSweeps = 30, nearMm = 6;
 const powers = 60;  // directions need no more
 const overRelaxation = 1.5;  // between 1 and 2
 
@@ -181,7 +181,7 @@ function shortestChain(wrap, from, to, before) {
 const pathLength = (points) => points.slice(1).reduce((length, p, k) => length + Math.hypot(...difference(p, points[k])), 0);
 
 /// The fibres' paths in the reference's canonical axes, for successive poses.
-class Fibres {
+export class Fibres {
   constructor({ fibres }) {
     this.fibres = fibres;
     this.chains = new Map();
@@ -206,7 +206,8 @@ class Fibres {
       this.chains.delete(k);
       return ends;
     }
-    const chain = shortestChain(wrap, ...own, this.chains.get(k));
+    const before = this.chains.get(k), isNear = before && [before[0], before[nLinks]].every((p, n) => Math.hypot(...difference(p, own[n])) < nearMm);
+    const chain = shortestChain(wrap, ...own, isNear ? before : undefined);
     this.chains.set(k, chain);
     return chain.map((p) => sum(turned(R, p), t));
   }

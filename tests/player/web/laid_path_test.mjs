@@ -1,5 +1,6 @@
 // Paths over bone in the page: the taut string over a ball, its side; clear paths. As tests/geometry/laid_path_test.
 import assert from "node:assert/strict";
+import { Fibres } from "../../../player/web/page/layers.js";
 import { LazyDistance, evenly, laidOver } from "../../../player/web/page/laid_path.js";
 
 const radius = 20, clearance = 1, still = { R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], t: [0, 0, 0] };
@@ -41,3 +42,18 @@ const clear = evenly([[-35, 24, 0], [0, 24, 10], [35, 24, 0]], 24);
 assert.deepEqual(laidOver(clear, beside, clearance), clear);
 const links = clear.slice(1).map((p, k) => Math.hypot(...p.map((x, axis) => x - clear[k][axis])));
 assert.ok(Math.max(...links) - Math.min(...links) < 0.2);  // evenly spaced but for the corner
+
+// A fibre around a cylinder: two tangents and the arc between them. One around an ellipsoid: the same whatever pose was before.
+const fibreOver = (shape, radii) => ({ reference: [-35, 4, 0], moving: [35, 4, 0], slackLength: 1, wrap: { ...still, shape, radii, isOnMoving: false } });
+const fibres = new Fibres({ fibres: [fibreOver(0, [radius, radius, 100]), fibreOver(1, [30, 8, 20])] });
+const lengthAt = (k, degrees) => {
+  const [c, s] = [Math.cos(degrees * Math.PI / 180), Math.sin(degrees * Math.PI / 180)];
+  return fibres.at(k, { R: [[c, -s, 0], [s, c, 0], [0, 0, 1]], t: [0, 0, 0] }).strain + 1;
+};
+const end = norm([35, 4]), wide = Math.PI - 2 * Math.atan(4 / 35), chords = 0.002;  // 24 links along the path
+for (const degrees of [0, 60]) {
+  const around = 2 * Math.sqrt(end ** 2 - radius ** 2) + radius * (wide - degrees * Math.PI / 180 - 2 * Math.acos(radius / end));
+  assert.ok(Math.abs(lengthAt(0, degrees) / around - 1) < chords, `${degrees}: ${lengthAt(0, degrees)}, ${around}`);
+}
+const found = [0, -20, 0, -20].map((degrees) => lengthAt(1, degrees));
+assert.deepEqual(found.slice(2), found.slice(0, 2));
