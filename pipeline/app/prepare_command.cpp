@@ -240,6 +240,8 @@ class Preparation {
     fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
     if (core::is_interrupted()) return;
     recognise_generated_knee(surfaces, known);
+    name_by_side(out_.subject.reference, fit_.unit_mm, fit_.X_scan_femur, fit_.side);
+    name_by_side(out_.subject.moving, fit_.unit_mm, fit_.X_scan_tibia, fit_.side);
     Json cleaned = Json::object();
     const bool has_left_out = leave_specks_out(out_.subject, fit_, options_, cleaned, out_.warnings);
     if (smooth_noise(out_.subject, fit_.unit_mm, options_, cleaned, out_.warnings) || has_left_out) {

@@ -200,6 +200,30 @@ nlohmann::ordered_json matrix_json(const Eigen::Matrix4d& X)
   return rows;
 }
 
+void name_by_side(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone, Side side)
+{
+  const auto lateral_mm = [&](const SubjectPart& part) {
+    const Eigen::Vector3d mean = part.mesh.vertices_mm.colwise().mean();
+    return (side == Side::right ? 1.0 : -1.0) * (X_scan_bone.inverse() * (unit_mm * mean)).z();
+  };
+  for (SubjectPart& first : parts) {
+    std::string stem = first.component.name;
+    if (!stem.ends_with("_1")) continue;
+    stem.resize(stem.size() - 2);
+    const auto of_stem = [&](int k) {
+      return std::ranges::find_if(parts, [&](const SubjectPart& part) {
+        return part.component.name == stem + "_" + std::to_string(k);
+      });
+    };
+    const auto second = of_stem(2);
+    if (second == parts.end() || of_stem(3) != parts.end()) continue;
+    if (lateral_mm(first) * lateral_mm(*second) >= 0.0) continue;
+    const bool is_first_medial = lateral_mm(first) < 0.0;
+    first.component.name = stem + (is_first_medial ? "_medial" : "_lateral");
+    second->component.name = stem + (is_first_medial ? "_lateral" : "_medial");
+  }
+}
+
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone)
 {
   for (SubjectPart& part : parts) {

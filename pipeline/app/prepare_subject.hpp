@@ -133,6 +133,10 @@ Eigen::Matrix4d anatomical_from_file(double unit_mm, const Pose& X_scan_bone);
 /// Four rows.
 nlohmann::ordered_json matrix_json(const Eigen::Matrix4d& X);
 
+/// Two parts NAME_1 and NAME_2, one on each side of the knee, become NAME_medial and NAME_lateral.
+/// `X_scan_bone`: anatomical frame in the scan, mm.
+void name_by_side(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone, Side side);
+
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone);
 
 /// Thickens bones whose cartilage is not given.

@@ -133,6 +133,23 @@ TEST_F(Prepare, WritesAJobThatSolves)
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
+// Two parts in any order are named by their side; a job and its file of a left knee.
+TEST_F(Prepare, PartsOfBothSidesAreNamedByTheirSide)
+{
+  std::map<std::string, std::string> file_of;
+  const geometry::Shape knee = geometry::generate_shape({"knee", {}, {}});
+  for (const geometry::ShapePart& part : knee.moving)
+    if (part.material == "meniscus") file_of[part.name] = written(part.name + "-.stl", mirrored_z(part.mesh));
+  ASSERT_EQ(file_of.size(), 2U);
+  prepared(femur_, {"--meniscus", file_of.at("meniscus_lateral"), file_of.at("meniscus_medial")});
+  for (const auto& [name, file] : file_of)
+    EXPECT_EQ(fs::file_size(folder_ / (name + ".stl")), fs::file_size(file)) << name;
+  const job::Case job = job::load_case((folder_ / "knee.toml").string());
+  EXPECT_THAT(job.moving.components,
+              testing::IsSupersetOf({testing::Field(&Component::name, "meniscus_medial"),
+                                     testing::Field(&Component::name, "meniscus_lateral")}));
+}
+
 // A child's bones, the program's own shape without its shafts, a fibula far from the tibia's only surface.
 TEST_F(Prepare, KneesThatAreRight)
 {
