@@ -620,7 +620,8 @@ bool is_same_branch(const StepRecord& a, const StepRecord& b)
 ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan)
     : data_(data), plan_(plan), surfaces_(data.motion == nullptr ? 0 : data.motion->followers.size())
 {
-  if (data.motion != nullptr) joint_ = solve::joint_of(*data.motion, data.motion->frame);
+  const job::Case& of = data.motion != nullptr ? *data.motion : *data.laxity;
+  joint_ = std::make_shared<const solve::Joint>(solve::joint_of(of, of.frame));
   for (const Evaluation& known : plan.known) known_.emplace(Key{known.kind, known.at}, known.values);
   add_rows();
   if (data.motion == nullptr) return;
@@ -722,7 +723,7 @@ std::vector<double> ModelEvaluation::spine_poses(const Eigen::VectorXd& x)
     plan.has_band = false;
     if (!has_followers_) plan.follow = nullptr;
     plan.prior.clear();  // fitted are bones and fibres
-    solve::CaseSolver solver(changed, 1);
+    solve::CaseSolver solver(changed, 1, joint_);
     solve::SweepHooks hooks;
     hooks.is_stopped = plan_.is_stopped;
     const solve::SweepResult swept = solve::sweep(
@@ -786,7 +787,7 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
   return recalled({near_spine, joined(base, x)}, [&] {
     const job::Case changed = changed_case(*data_.motion, plan_.unknowns, change(x));
     const model::Ligaments ligaments = model::solver_ligaments(changed.ligaments, changed.frame);
-    solve::EquilibriumSolver solver(joint_, ligaments, changed.equilibrium);
+    solve::EquilibriumSolver solver(*joint_, ligaments, changed.equilibrium);
     std::vector<double> values, of_followers;
     for (std::size_t k = 0; k < changed.push.size() && !from.empty(); ++k) {
       const StepRecord seed = record_at(from, k);
@@ -817,6 +818,7 @@ std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
   LaxityPlan plan;
   plan.loads = data_.loads;
   plan.unloaded = unloaded;
+  plan.joint = joint_;
   plan.is_stopped = plan_.is_stopped;
   const job::Case changed = changed_case(*data_.laxity, plan_.unknowns, change(x));
   const LaxityResult result = laxity_of(changed, plan);
@@ -826,10 +828,24 @@ std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
   return values;
 }
 
-// Of each row, then the unloaded poses.
+// Of each row, then the unloaded poses: from those of the motion, or by a spine of their own.
 std::vector<double> ModelEvaluation::laxity_values(const Eigen::VectorXd& x)
 {
-  return recalled({whole_laxity, numbers_of(x)}, [&] { return solved_laxities(x, {}); });
+  std::vector<double> poses;
+  if (data_.motion != nullptr) {
+    poses = spine_poses(x);
+    if (poses.empty()) return {};
+  }
+  return recalled({whole_laxity, numbers_of(x)}, [&] {
+    std::vector<StepRecord> unloaded;
+    for (std::size_t k = 0; k < data_.loads.flexion_deg.size() && !poses.empty(); ++k) {
+      const std::vector<double>& solved_deg = data_.motion->grid.flexion_deg;
+      const auto at = std::ranges::find(solved_deg, data_.loads.flexion_deg[k]);
+      check(at != solved_deg.end(), "a fit solves the motion at the flexions of the loads");
+      unloaded.push_back(record_at(poses, static_cast<std::size_t>(at - solved_deg.begin())));
+    }
+    return solved_laxities(x, unloaded);
+  });
 }
 
 std::vector<double> ModelEvaluation::near_laxity_values(const Eigen::VectorXd& base, const Eigen::VectorXd& x)

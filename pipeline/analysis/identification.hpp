@@ -67,7 +67,8 @@ job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& un
 struct FitData {
   std::vector<Sequence> trials;  ///< measured motions
   Convention convention;         ///< of their coordinates
-  /// Of job::over_flexions() over ascending flexions that cover those of the trials; null without trials.
+  /// Of job::over_flexions() over ascending flexions that cover those of the trials, and with `laxity` have
+  /// those of the loads; null without trials.
   const job::Case* motion = nullptr;
   /// [n_trials, n_followers of `motion`, n_rows] their measured coordinates; no rows where not measured.
   std::vector<std::vector<std::vector<JointCoordinates>>> followers = {};
@@ -226,8 +227,8 @@ class ModelEvaluation {
   std::vector<Row> rows_;
   bool has_followers_ = false;  ///< measured ones
   std::vector<solve::FollowerSolver::Shared> surfaces_;
-  solve::Joint joint_;           ///< of the motion's case
-  std::vector<bool> is_needed_;  ///< [n_flexion] next to the flexion of a row
+  std::shared_ptr<const solve::Joint> joint_;  ///< its bodies, the same for every change
+  std::vector<bool> is_needed_;                ///< [n_flexion] next to the flexion of a row
   std::map<Key, std::vector<double>> known_;
   std::mutex mutex_;
 };

@@ -157,7 +157,8 @@ class LaxityRun {
       : case_(job_case),
         plan_(plan),
         tests_(tests_of(plan.loads)),
-        joint_(solve::joint_of(job_case, job_case.frame)),
+        joint_(plan.joint ? plan.joint
+                          : std::make_shared<const solve::Joint>(solve::joint_of(job_case, job_case.frame))),
         map_(job_case.frame),
         bundles_(bundles_of(job_case.ligaments)),
         equilibrium_(job_case.equilibrium)
@@ -208,7 +209,7 @@ class LaxityRun {
     plan.follow = nullptr;
     plan.prior.clear();  // the laxity of the bones and fibres alone
     of_state.equilibrium = equilibrium_;
-    solve::CaseSolver solver(of_state, plan_.n_threads);
+    solve::CaseSolver solver(of_state, plan_.n_threads, joint_);
     solve::SweepHooks hooks;
     hooks.is_stopped = plan_.is_stopped;
     const solve::SweepResult swept = solve::sweep(
@@ -220,7 +221,7 @@ class LaxityRun {
   // From the equilibria of the plan.
   std::vector<StepRecord> near_unloaded(const State& state) const
   {
-    solve::EquilibriumSolver solver(joint_, state.ligaments, equilibrium_);
+    solve::EquilibriumSolver solver(*joint_, state.ligaments, equilibrium_);
     std::vector<StepRecord> records;
     for (std::size_t k = 0; k < plan_.unloaded.size(); ++k) {
       LaxityCurve curve;
@@ -252,7 +253,7 @@ class LaxityRun {
     curve.flexion = row % plan_.loads.flexion_deg.size();
     curve.state = row / plan_.loads.flexion_deg.size();
     const State& state = states_[curve.state];
-    solve::EquilibriumSolver solver(joint_, state.ligaments, equilibrium_);
+    solve::EquilibriumSolver solver(*joint_, state.ligaments, equilibrium_);
     StepRecord unloaded = state.unloaded[curve.flexion];
     StepRecord last = unloaded;
     curve.poses.push_back(loaded_pose(curve, 0.0, unloaded));
@@ -348,7 +349,7 @@ class LaxityRun {
   const job::Case& case_;
   const LaxityPlan& plan_;
   std::vector<LaxityTest> tests_;
-  solve::Joint joint_;
+  std::shared_ptr<const solve::Joint> joint_;
   solve::JointMap map_;
   std::vector<std::string> bundles_;
   EquilibriumOptions equilibrium_;

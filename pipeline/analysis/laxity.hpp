@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,10 @@
 #include "job/job.hpp"
 #include "model/coordinates.hpp"
 #include "model/step_record.hpp"
+
+namespace vrda::solve {
+struct Joint;
+}
 
 namespace vrda::analysis {
 
@@ -83,6 +88,8 @@ struct LaxityPlan {
   /// [n_flexion] Equilibria of a joint that is nearly the same, from which the unloaded poses are solved
   /// instead of by the spine; without cuts. Empty: by the spine.
   std::vector<StepRecord> unloaded = {};
+  /// Of another case with the same meshes and frame; null: made for this one.
+  std::shared_ptr<const solve::Joint> joint = {};
   std::function<void()> on_progress = {};  ///< after each curve, from any worker
   std::function<bool()> is_stopped = {};   ///< true: returns with no curves
 };

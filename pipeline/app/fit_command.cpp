@@ -145,8 +145,10 @@ void require_common_flexion(const FitCommandOptions& o, const std::vector<analys
                     shortest_decimal(least) + " to " + shortest_decimal(largest)});
 }
 
-// Whole degrees that cover the trials.
-std::vector<double> flexions_of(const std::vector<analysis::Sequence>& trials)
+// Whole degrees that cover the trials, and those of the loads, whose unloaded poses are then solved with
+// them.
+std::vector<double> flexions_of(const std::vector<analysis::Sequence>& trials,
+                                const std::vector<double>& of_loads_deg)
 {
   double low_deg = 180.0, high_deg = -180.0;
   for (const analysis::Sequence& trial : trials) {
@@ -156,9 +158,9 @@ std::vector<double> flexions_of(const std::vector<analysis::Sequence>& trials)
       high_deg = std::max(high_deg, std::ceil(deg_from_rad(row.value[analysis::at_flexion])));
     }
   }
-  std::vector<double> flexions_deg;
-  for (double deg = low_deg; deg <= high_deg; deg += 1.0) flexions_deg.push_back(deg);
-  return flexions_deg;
+  std::set<double> flexions_deg(of_loads_deg.begin(), of_loads_deg.end());
+  for (double deg = low_deg; deg <= high_deg; deg += 1.0) flexions_deg.insert(deg);
+  return {flexions_deg.begin(), flexions_deg.end()};
 }
 
 void require_question(const FitCommandOptions& o, const job::Job& job)
@@ -367,7 +369,10 @@ core::ExitCode identify_command(const FitCommandOptions& o)
   data.convention = convention;
   std::optional<job::Case> motion, laxity;
   if (!measured.trials.empty()) {
-    motion = job::load_case(job::over_flexions(job, flexions_of(measured.trials)), o.data_directory);
+    const std::vector<double> of_loads_deg =
+        measured.laxities.empty() ? std::vector<double>{} : job.laxity->flexion_deg;
+    motion =
+        job::load_case(job::over_flexions(job, flexions_of(measured.trials, of_loads_deg)), o.data_directory);
     data.motion = &*motion;
   }
   if (!measured.laxities.empty()) {

@@ -94,6 +94,28 @@ TEST(Identification, RecoversStrainsThatTheDataDecideAndNamesTheRest)
   for (const LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
 }
 
+// Its unloaded poses are those of the motion, at another row: the same answer as by a spine of its own.
+TEST(Identification, ALaxityBesideAMotionStartsFromItsPoses)
+{
+  const Eigen::Vector3d truth(0.02, -0.015, 0.0);
+  PlateQuestion alone(truth), beside(truth);
+  job::Case motion = beside.job_case;
+  motion.grid.flexion_deg = {-4.0, -2.0, 0.0, 2.0};
+  motion.push.resize(4, motion.push.front());
+  motion.path_push = motion.push;
+  motion.path_flexion_deg = motion.grid.flexion_deg;
+  beside.data.motion = &motion;
+  std::size_t n_spines = 0;
+  constexpr int whole_spine = 0;
+  beside.plan.keep = [&](const Evaluation& one) { n_spines += one.kind == whole_spine ? 1 : 0; };
+  const Identification expected = identify(alone.data, alone.plan),
+                       found = identify(beside.data, beside.plan);
+  EXPECT_GT(n_spines, 0u);
+  constexpr double slack = 1e-3;  // unloaded, the plates may slide while all fibres are slack
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(found.unknowns[k].change, expected.unknowns[k].change, slack) << k;
+}
+
 TEST(Identification, StopsAtABound)
 {
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
