@@ -167,40 +167,62 @@ double gap_between_mm(const Mesh& mesh, const NearestSurface& surface)
   return least_mm;
 }
 
-// Least distance from the axis of a wrap on the femur of a point of the patella `own`, which is turned about
-// that axis, itself by less, and moved onto the femur: an estimate of its way at flexions up to 120 degrees.
-double least_reach_mm(const Eigen::Vector3d& p_mm, const Mesh& own, const Eigen::Vector3d& centre_mm,
-                      const NearestSurface& femur, const model::Wrap& wrap)
+Eigen::Vector3d off_axis_mm(const Eigen::Vector3d& p_mm, const model::Wrap& wrap)
+{
+  const Eigen::Vector3d from_mm = p_mm - wrap.X_body_wrap.translation(),
+                        axis = wrap.X_body_wrap.linear().col(2);
+  return from_mm - axis * axis.dot(from_mm);
+}
+
+// The patella `own` turned about the axis of a wrap, itself by less, and moved onto the femur: an estimate of
+// its way at flexions up to 120 degrees.
+std::vector<Pose> way_around(const model::Wrap& wrap, const Mesh& own, const Eigen::Vector3d& centre_mm,
+                             const NearestSurface& femur)
 {
   constexpr double step_deg = 20.0, last_deg = 120.0, own_share = 0.6, near_mm = 0.2;
   constexpr int most_steps = 10;
-  const Eigen::Vector3d axis_mm = wrap.X_body_wrap.translation(), axis = wrap.X_body_wrap.linear().col(2);
-  const auto off_axis = [&](const Eigen::Vector3d& q_mm) {
-    return Eigen::Vector3d(q_mm - axis_mm - axis * axis.dot(q_mm - axis_mm));
-  };
-  double least_mm = off_axis(p_mm).norm();
+  const Eigen::Vector3d axis_mm = wrap.X_body_wrap.translation();
+  std::vector<Pose> way{Pose::Identity()};
   for (double turn_deg = step_deg; turn_deg <= last_deg; turn_deg += step_deg) {
     Pose X = Pose::Identity();
     X.linear() = rotation_z(-rad_from_deg(own_share * turn_deg));
-    const Eigen::Vector3d around_mm = rotation_z(-rad_from_deg(turn_deg)) * (centre_mm - axis_mm);
-    X.translation() = axis_mm + around_mm - X.linear() * centre_mm;
-    const Eigen::Vector3d outward = off_axis(axis_mm + around_mm).normalized();
+    const Eigen::Vector3d at_mm = axis_mm + rotation_z(-rad_from_deg(turn_deg)) * (centre_mm - axis_mm);
+    X.translation() = at_mm - X.linear() * centre_mm;
+    const Eigen::Vector3d outward = off_axis_mm(at_mm, wrap).normalized();
     double gap_mm = std::numeric_limits<double>::infinity();
     for (int k = 0; k < most_steps && std::abs(gap_mm) > near_mm; ++k) {
       gap_mm = gap_between_mm(transformed(own, X), femur);
       if (!std::isfinite(gap_mm)) break;
       X.translation() -= gap_mm * outward;
     }
-    if (std::isfinite(gap_mm)) least_mm = std::min(least_mm, off_axis(X * p_mm).norm());
+    if (std::isfinite(gap_mm)) way.push_back(X);
   }
-  return least_mm;
+  return way;
+}
+
+// A line is straight, and suddenly shorter, where its end enters its cylinder.
+void keep_ends_outside(model::Ligaments& ligaments, const Mesh& own, const Eigen::Vector3d& centre_mm,
+                       const NearestSurface& femur)
+{
+  constexpr double clear_mm = 1.0;
+  for (std::size_t w = 0; w < ligaments.wraps.size(); ++w) {
+    model::Wrap& wrap = ligaments.wraps[w];
+    if (wrap.body != BodyIndex::reference || wrap.shape != model::WrapShape::cylinder) continue;
+    double radius_mm = wrap.radii_mm.x();
+    for (const Pose& X : way_around(wrap, own, centre_mm, femur)) {
+      for (const model::Fibre& fibre : ligaments.fibres) {
+        if (fibre.wrap == static_cast<int>(w))
+          radius_mm = std::min(radius_mm, off_axis_mm(X * fibre.moving_mm, wrap).norm() - clear_mm);
+      }
+    }
+    wrap.radii_mm.head<2>().setConstant(std::max(radius_mm, wrap.radii_mm.x() / 2.0));
+  }
 }
 
 // Fibres and wraps of the template's patella on the subject's bones and on `own`, its patella.
 model::Ligaments kneecap_ligaments(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                                    const SubjectBones& subject, const KneecapMap& at, const Mesh& own)
 {
-  constexpr double clear_mm = 1.0;
   const BodyIndex patella = model::follower_index(0);
   const BoneMaps bones = bone_maps(own_side, fit, subject);
   const BoneMap cap{at.scale, at.template_centre_mm,
@@ -226,16 +248,7 @@ model::Ligaments kneecap_ligaments(const TemplateJoint& own_side, const geometry
     wrap = transferred(wrap, map_of(wrap.body));
     if (is_own) wrap.X_body_wrap.translation() += at.centre_mm;
   }
-  // A line is straight, and suddenly shorter, where its end enters its cylinder.
-  const NearestSurface femur(joined(subject.surfaces.femur));
-  for (const model::Fibre& fibre : ligaments.fibres) {
-    if (fibre.wrap < 0) continue;
-    model::Wrap& wrap = ligaments.wraps[static_cast<std::size_t>(fibre.wrap)];
-    if (wrap.body != BodyIndex::reference || wrap.shape != model::WrapShape::cylinder) continue;
-    const double least_mm = least_reach_mm(fibre.moving_mm, own, at.centre_mm, femur, wrap);
-    wrap.radii_mm.head<2>() =
-        wrap.radii_mm.head<2>().cwiseMin(std::max(least_mm - clear_mm, wrap.radii_mm.x() / 2.0));
-  }
+  keep_ends_outside(ligaments, own, at.centre_mm, NearestSurface(joined(subject.surfaces.femur)));
   return ligaments;
 }
 
