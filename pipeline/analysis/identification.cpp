@@ -831,16 +831,14 @@ std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
 // Of each row, then the unloaded poses: from those of the motion, or by a spine of their own.
 std::vector<double> ModelEvaluation::laxity_values(const Eigen::VectorXd& x)
 {
-  std::vector<double> poses;
-  if (data_.motion != nullptr) {
-    poses = spine_poses(x);
-    if (poses.empty()) return {};
-  }
   return recalled({whole_laxity, numbers_of(x)}, [&] {
+    if (data_.motion == nullptr) return solved_laxities(x, {});
+    const std::vector<double> poses = spine_poses(x);
+    if (poses.empty()) return std::vector<double>{};
+    const std::vector<double>& solved_deg = data_.motion->grid.flexion_deg;
     std::vector<StepRecord> unloaded;
-    for (std::size_t k = 0; k < data_.loads.flexion_deg.size() && !poses.empty(); ++k) {
-      const std::vector<double>& solved_deg = data_.motion->grid.flexion_deg;
-      const auto at = std::ranges::find(solved_deg, data_.loads.flexion_deg[k]);
+    for (const double flexion_deg : data_.loads.flexion_deg) {
+      const auto at = std::ranges::find(solved_deg, flexion_deg);
       check(at != solved_deg.end(), "a fit solves the motion at the flexions of the loads");
       unloaded.push_back(record_at(poses, static_cast<std::size_t>(at - solved_deg.begin())));
     }

@@ -7,6 +7,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "job/case_warnings.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -252,12 +253,6 @@ model::Ligaments kneecap_ligaments(const TemplateJoint& own_side, const geometry
   return ligaments;
 }
 
-double diagonal_mm(const Mesh& mesh)
-{
-  const Box box = bounding_box(mesh);
-  return (box.max_mm - box.min_mm).norm();
-}
-
 const job::Follower& patella_of(const TemplateJoint& own_side)
 {
   if (!own_side.patella)
@@ -283,7 +278,8 @@ Kneecap registered_kneecap(const TemplateJoint& own_side, const geometry::KneeFi
         {file, "--patella", reason, "the patella of this knee, in the place and the unit of the bones"});
   };
   // A mesh in another unit has no point near the model.
-  const double size_mm = diagonal_mm(whole), model_size_mm = fit.femur.scale.mean() * diagonal_mm(model);
+  const double size_mm = job::diagonal_mm(bounding_box(whole)),
+               model_size_mm = fit.femur.scale.mean() * job::diagonal_mm(bounding_box(model));
   if (!(size_mm > model_size_mm / most_size_ratio && size_mm < model_size_mm * most_size_ratio))
     refuse("a mesh " + fixed_text(size_mm, 0) + " mm across, where about " + fixed_text(model_size_mm, 0) +
            " are expected: its unit may be another");

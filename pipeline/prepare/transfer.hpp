@@ -50,14 +50,16 @@ struct Kneecap {
 
 /// A subject's patella, in the femur's frame as scanned, mm: the template's is registered onto it from
 /// several flexions, and gives frame, centre and attachments. Throws InputError naming `file` for a mesh that
-/// is no patella: a residual above 4 mm, a size beyond 0.5 to 2 times the template's, or a place behind the
-/// femur or more than 90 mm from its centre, and a mesh of another size altogether. Cylinders of its lines
-/// are made small enough that no line ends inside one on the way around the femur.
+/// is no patella: less than a third or more than three times as large as expected (another unit), a residual
+/// above 4 mm, a size beyond 0.5 to 2 times the template's, or a place behind the femur or more than 90 mm
+/// from its centre. Cylinders of its lines are made small enough that no line ends inside one on the way
+/// around the femur.
 Kneecap registered_kneecap(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                            const SubjectBones& subject, const geometry::BoneSurfaces& patella,
                            const std::string& file);
 
-/// The template's by the scales of the femur, moved along X until it touches the subject's.
+/// The template's by the scales of the femur, moved along X until it touches the subject's. Cylinders as
+/// above.
 Kneecap fitted_kneecap(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                        const SubjectBones& subject);
 

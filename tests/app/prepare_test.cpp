@@ -133,7 +133,7 @@ TEST_F(Prepare, WritesAJobThatSolves)
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
-// Two parts in any order are named by their side; a job and its file of a left knee.
+// In any order; of a left knee.
 TEST_F(Prepare, PartsOfBothSidesAreNamedByTheirSide)
 {
   std::map<std::string, std::string> file_of;
