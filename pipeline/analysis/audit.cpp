@@ -357,17 +357,33 @@ double radius_mm(const Mesh& mesh)
 }  // namespace
 
 AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
-                            const SolverFrame& frame, const std::vector<std::int8_t>& compartment_of_triangle)
+                            const SolverFrame& frame, const std::vector<std::int8_t>& compartment_of_triangle,
+                            int n_threads)
 {
-  const Mesh reference = solver_mesh(reference_canonical, frame);
-  const Mesh moving = solver_mesh(moving_canonical, frame);
-  return {frame,
-          geometry::make_tree_mesh(reference),
-          geometry::make_tree_mesh(moving),
-          geometry::GapTree(reference),
-          geometry::GapTree(moving),
-          {geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
-           geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))}};
+  AuditScene scene{frame,
+                   geometry::LateTreeMesh(solver_mesh(reference_canonical, frame)),
+                   geometry::LateTreeMesh(solver_mesh(moving_canonical, frame)),
+                   {},
+                   {},
+                   {}};
+  const Mesh& moving = scene.moving.mesh();
+  const auto make_compartment = [&](Compartment side) {
+    scene.compartment_gap[side] = geometry::GapTree(moving, triangles_of(compartment_of_triangle, side));
+    scene.compartment_gap[side].prepare_as_moving(geometry::GapKind::signed_facing);
+  };
+  // The longest first.
+  const std::array<std::function<void()>, 4> parts{
+      [&] {
+        scene.moving_gap = geometry::GapTree(moving);
+        scene.moving_gap.prepare_as_moving(geometry::GapKind::non_negative);
+      },
+      [&] { make_compartment(Compartment::medial); }, [&] { make_compartment(Compartment::lateral); },
+      [&] {
+        scene.reference_gap = geometry::GapTree(scene.reference.mesh());
+        scene.reference_gap.prepare_as_reference();
+      }};
+  for_each_index(parts.size(), n_threads, [&] { return [&](std::size_t k) { parts[k](); }; });
+  return scene;
 }
 
 PoseMeter::PoseMeter(const AuditScene& scene)
@@ -375,7 +391,7 @@ PoseMeter::PoseMeter(const AuditScene& scene)
       query_(scene.reference_gap, scene.moving_gap),
       compartment_queries_(solve::compartment_queries(scene.reference_gap, scene.compartment_gap)),
       X_zero_(Pose::Identity()),
-      radii_mm_(radius_mm(scene.reference.mesh) + radius_mm(scene.moving.mesh))
+      radii_mm_(radius_mm(scene.reference.mesh()) + radius_mm(scene.moving.mesh()))
 {
 }
 
@@ -392,7 +408,8 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
     pose_ = *pose;
   } else {
     pose_ = {};
-    tilted_query_.emplace(scene_.reference_gap, geometry::GapTree(transformed(scene_.moving.mesh, X_turned)));
+    tilted_query_.emplace(scene_.reference_gap,
+                          geometry::GapTree(transformed(scene_.moving.mesh(), X_turned)));
   }
   query().set_attitude(attitude);
   attitude_ = attitude;
@@ -435,8 +452,9 @@ bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
   // Independent of the queries, or three times as fast.
   const std::optional<geometry::TrianglePair> pair =
       judge == OverlapTest::narrow_phase || tilted_query_
-          ? contact::find_collision(scene_.reference, scene_.moving, place, narrow_phase_, hint_)
-          : contact::find_collision(scene_.reference.mesh, scene_.moving.mesh, place, shifted(shift_mm),
+          ? contact::find_collision(scene_.reference.with_tree(), scene_.moving.with_tree(), place,
+                                    narrow_phase_, hint_)
+          : contact::find_collision(scene_.reference.mesh(), scene_.moving.mesh(), place, shifted(shift_mm),
                                     query_, narrow_phase_, hint_);
   if (pair) hint_ = *pair;
   return pair.has_value();
@@ -486,7 +504,7 @@ double PoseMeter::travel_near_mm(const Attitude& attitude, const MovingPose& pos
   // An overlap there hides the nearest contact, and the query returns the next one.
   Pose X = pose_of(behind);
   X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
-  const bool is_blocked = contact::find_collision(scene_.reference, scene_.moving,
+  const bool is_blocked = contact::find_collision(scene_.reference.with_tree(), scene_.moving.with_tree(),
                                                   geometry::RigidPlacement(X), narrow_phase_, hint_)
                               .has_value();
   return is_blocked ? -range_mm : travel_mm - range_mm;
@@ -568,21 +586,22 @@ double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-std::shared_ptr<const AuditScene> AuditScenes::made(const Eigen::Vector3d& delta) const
+std::shared_ptr<const AuditScene> AuditScenes::made(const Eigen::Vector3d& delta, int n_threads) const
 {
-  return std::make_shared<const AuditScene>(make_audit_scene(
-      model_.reference.contact.mesh, model_.moving.contact.mesh,
-      {side_named(model_.side), model_.rotation_centre_mm, delta}, model_.compartment_of_triangle));
+  return std::make_shared<const AuditScene>(
+      make_audit_scene(model_.reference.contact.mesh, model_.moving.contact.mesh,
+                       {side_named(model_.side), model_.rotation_centre_mm, delta},
+                       model_.compartment_of_triangle, n_threads));
 }
 
 std::shared_ptr<const AuditScene> AuditScenes::along(const Eigen::Vector3d& delta)
 {
   {
     const std::lock_guard lock(mutex_);
-    if (!first_) first_ = made(delta);
+    if (!first_) first_ = made(delta, n_threads_);
     if (first_->frame.delta == delta) return first_;
   }
-  return made(delta);
+  return made(delta, 1);
 }
 
 namespace {
@@ -638,7 +657,7 @@ void for_each_row(const store::MotionModel& model, const store::Motion& motion,
 void for_each_delta(const store::MotionModel& model, const std::vector<Eigen::Vector3d>& deltas,
                     const Measuring& with, const std::function<void(std::size_t, PoseMeter&)>& measure)
 {
-  AuditScenes own(model);
+  AuditScenes own(model, with.n_threads);
   AuditScenes& scenes = with.scenes != nullptr ? *with.scenes : own;
   for_each_index(deltas.size(), with.n_threads, [&] {
     return [&, meters = CachedMeter(scenes, deltas.front())](std::size_t row) mutable {

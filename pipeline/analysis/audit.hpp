@@ -36,15 +36,16 @@ struct AuditScene;
 /// Scenes of one joint, shared by its audits: models with other motions have the same bodies. Thread-safe.
 class AuditScenes {
  public:
-  /// `model` must outlive it.
-  explicit AuditScenes(const store::MotionModel& model) : model_(model) {}
+  /// `model` must outlive it. The first scene is made in `n_threads` threads.
+  AuditScenes(const store::MotionModel& model, int n_threads) : model_(model), n_threads_(n_threads) {}
   /// `delta` in world W. That of the first call is kept.
   std::shared_ptr<const AuditScene> along(const Eigen::Vector3d& delta);
 
  private:
-  std::shared_ptr<const AuditScene> made(const Eigen::Vector3d& delta) const;
+  std::shared_ptr<const AuditScene> made(const Eigen::Vector3d& delta, int n_threads) const;
 
   const store::MotionModel& model_;
+  int n_threads_;
   std::mutex mutex_;
   std::shared_ptr<const AuditScene> first_;
 };
@@ -120,7 +121,7 @@ void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, con
 /// Both objects of a motion model for one Delta, in S at zero attitude. Shared by all threads.
 struct AuditScene {
   SolverFrame frame;
-  geometry::TreeMesh reference, moving;
+  geometry::LateTreeMesh reference, moving;
   geometry::GapTree reference_gap, moving_gap;
   /// Of the moving triangles of each compartment; empty without compartments.
   OfCompartments<geometry::GapTree> compartment_gap;
@@ -135,7 +136,7 @@ struct AuditScene {
 /// has one Compartment per moving triangle.
 AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
                             const SolverFrame& frame,
-                            const std::vector<std::int8_t>& compartment_of_triangle = {});
+                            const std::vector<std::int8_t>& compartment_of_triangle = {}, int n_threads = 1);
 
 /// Signed travel along Delta until each compartment's first contact from below; negative: overlap. NaN where
 /// the compartment faces nothing, the joint has none, or the pose is not a rotation about Delta alone.

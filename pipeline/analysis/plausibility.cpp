@@ -140,7 +140,7 @@ class RowAssessor {
         borders_(borders),
         meter_(meter),
         resolution_mm_(model.contact_resolution_mm),
-        rotation_scale_(solve::rotation_scale_of(meter.scene().moving.mesh)),
+        rotation_scale_(solve::rotation_scale_of(meter.scene().moving.mesh())),
         ligaments_(model::solver_ligaments(canonical, meter.scene().frame)),
         loads_(loads_of(model, flexion, meter.scene().frame)),
         forces_{ligaments_, loads_, rotation_scale_,
@@ -185,9 +185,9 @@ class RowAssessor {
       // The moving surface is at most the contact's distance away from the point, and where they overlap
       // either of these surfaces (inward_limit) is.
       const double inside_mm = std::max(0.0, -rows.distance_mm[k]);
-      if (is_at_border(scene.reference.mesh, borders_.reference, rows.triangle_reference[k],
+      if (is_at_border(scene.reference.mesh(), borders_.reference, rows.triangle_reference[k],
                        R_reference_solver * p_mm, resolution_mm_ + inside_mm) ||
-          is_at_border(scene.moving.mesh, borders_.moving, rows.triangle_moving[k], X_moving_solver * p_mm,
+          is_at_border(scene.moving.mesh(), borders_.moving, rows.triangle_moving[k], X_moving_solver * p_mm,
                        resolution_mm_ + std::abs(rows.distance_mm[k])))
         return true;
     }

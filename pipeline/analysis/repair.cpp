@@ -45,7 +45,7 @@ class Repair {
         key_(measured.key),
         options_(options),
         scale_(noise_scale(scene.frame, options.noise)),
-        radius_mm_(radius_mm(scene.moving.mesh)),
+        radius_mm_(radius_mm(scene.moving.mesh())),
         twist_(measured.key.size(), Vector6d::Zero()),
         known_(measured.key.size()),
         step_(measured.key.size(), Vector6d::Zero()),
@@ -588,7 +588,7 @@ FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feat
   const solve::Configuration configuration{at.pose.translation_mm, at.pose.theta_rad, at.attitude.varus_rad};
   const solve::Rotations rotations(configuration, at.attitude.flexion_rad);
   FeatureConstraint out;
-  out.contact = solve::contact_constraint_of(feature, {scene_.reference.mesh, scene_.moving.mesh, scale_},
+  out.contact = solve::contact_constraint_of(feature, {scene_.reference.mesh(), scene_.moving.mesh(), scale_},
                                              configuration, rotations);
   if (out.contact.kind == solve::ContactConstraint::Kind::edges) {
     const Eigen::Vector3d across = (rotations.of_reference * out.contact.reference_direction)

@@ -345,10 +345,10 @@ analysis::Comparison compare_degrees(const CompareCommandOptions& options)
   std::vector<int> degrees = parse_degrees(options.degrees);
   const store::MotionModel model = run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda compare");
-  analysis::AuditScenes scenes(model);
-  analysis::Comparison comparison = analysis::compare(
-      model,
-      compare_options(options, std::move(degrees), {run::thread_count_or_all(options.n_threads), &scenes}));
+  const int n_threads = run::thread_count_or_all(options.n_threads);
+  analysis::AuditScenes scenes(model, n_threads);
+  analysis::Comparison comparison =
+      analysis::compare(model, compare_options(options, std::move(degrees), {n_threads, &scenes}));
   report_skipped_degrees(options.file, comparison);
   return comparison;
 }

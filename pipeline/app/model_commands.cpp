@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -270,10 +271,10 @@ Json motions_json(const TwoSidedByMotion& motions)
 }
 
 // Ranges and values along the spine, whose flexions are in screw_home.
-Json curves_json(const store::MotionModel& model)
+Json curves_json(const std::vector<analysis::CurveGroup>& curves)
 {
   Json list = Json::object();
-  for (const analysis::CurveGroup& group : analysis::spine_curves(model, run::thread_count_or_all(0))) {
+  for (const analysis::CurveGroup& group : curves) {
     for (const analysis::Curve& curve : group.curves) {
       Json one = {{"title", group.title}, {"label", curve.label}, {"unit", group.unit}};
       one.update(range_json(curve.values));
@@ -323,7 +324,8 @@ void print_followers(const Json& s)
 
 // `verdict`: on the default motion.
 Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& measured,
-                const TwoSidedByMotion& motions, const std::optional<store::Verdict>& verdict)
+                const TwoSidedByMotion& motions, const std::vector<analysis::CurveGroup>& curves,
+                const std::optional<store::Verdict>& verdict)
 {
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
@@ -360,7 +362,7 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
           {"default_motion", default_motion_json(model)},
           {"verdict", json_value(verdict)},
           {"screw_home", screw_home(model)},
-          {"curves", curves_json(model)},
+          {"curves", curves_json(curves)},
           {"spine_jump", spine_jump_json(model)},
           {"jump", jump_json(model)},
           {"remeasured",
@@ -520,11 +522,15 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 core::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  analysis::AuditScenes scenes(model);
+  const int n_threads = run::thread_count_or_all(0);
+  // Each fills the other's serial parts.
+  std::future<std::vector<analysis::CurveGroup>> curves =
+      std::async(std::launch::async, [&] { return analysis::spine_curves(model, n_threads); });
+  analysis::AuditScenes scenes(model, n_threads);
   const analysis::AuditFigures measured = analysis::figures_of(measured_again(model, "raw", scenes));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured, scenes);
   const auto verdict = store::verdict_of(model, store::default_motion(model).set);
-  const Json summary = summary_of(model, measured, motions, verdict);
+  const Json summary = summary_of(model, measured, motions, curves.get(), verdict);
   if (options.as_json) return print_json(summary);
   print(model, summary, motions, verdict);
   return core::ExitCode::done;

@@ -260,7 +260,7 @@ report::Report gathered(const ReportOptions& options)
       entry.raw = raw_extremes(raw_audit(entry.model, n_threads));
   } else {
     report::ReportModel& only = report.models.front();
-    analysis::AuditScenes scenes(only.model);
+    analysis::AuditScenes scenes(only.model, n_threads);
     const analysis::Measuring with(n_threads, &scenes);
     const store::AuditSet raw = raw_audit(only.model, with);
     only.raw = raw_extremes(raw);

@@ -318,8 +318,9 @@ core::ExitCode audit_command(const AuditOptions& options)
       is_stored ? run::lock_output(options.file, "vrda audit") : std::nullopt;
   if (is_stored && !lock) return core::ExitCode::interrupted;
   store::MotionModel model = run::read_solved_model(options.file);
-  analysis::AuditScenes scenes(model);
-  const analysis::Measuring with(run::thread_count_or_all(options.n_threads), &scenes);
+  const int n_threads = run::thread_count_or_all(options.n_threads);
+  analysis::AuditScenes scenes(model, n_threads);
+  const analysis::Measuring with(n_threads, &scenes);
   std::vector<store::AuditSet> measured;
   for (const std::string& set : chosen_sets(model, options))
     measured.push_back(analysis::audit(model, set, options.refine, with));

@@ -78,6 +78,10 @@ class GapTree {
   GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles);
   bool is_empty() const;
 
+  /// Build what queries of a role need now, instead of in the first query, for which other threads wait.
+  void prepare_as_reference() const;
+  void prepare_as_moving(GapKind kind) const;
+
  private:
   friend class GapQuery;
   struct Data;

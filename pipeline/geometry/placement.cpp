@@ -237,6 +237,17 @@ TreeMesh make_tree_mesh(Mesh mesh)
   return result;
 }
 
+LateTreeMesh::LateTreeMesh(Mesh mesh) : state_(std::make_shared<State>())
+{
+  state_->made.mesh = std::move(mesh);
+}
+
+const TreeMesh& LateTreeMesh::with_tree() const
+{
+  std::call_once(state_->once, [this] { state_->made.tree = BoxTree(state_->made.mesh); });
+  return state_->made;
+}
+
 TreeMesh rotated_reference(const TreeMesh& reference, const Attitude& attitude)
 {
   Pose X = Pose::Identity();

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "core/units.hpp"
@@ -66,6 +68,22 @@ struct TreeMesh {
 };
 
 TreeMesh make_tree_mesh(Mesh mesh);
+
+/// A mesh whose tree is built on first use. Copies share it; thread-safe.
+class LateTreeMesh {
+ public:
+  LateTreeMesh() : LateTreeMesh(Mesh()) {}
+  explicit LateTreeMesh(Mesh mesh);
+  const Mesh& mesh() const { return state_->made.mesh; }
+  const TreeMesh& with_tree() const;
+
+ private:
+  struct State {
+    TreeMesh made;
+    std::once_flag once;
+  };
+  std::shared_ptr<State> state_;
+};
 
 /// Largest sum of the offsets of a pair of triangles.
 inline double rounding_mm(const Mesh& reference, const Mesh& moving)

@@ -120,7 +120,7 @@ TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
 PoseAudit plainly_measured(const AuditScene& scene, const Mesh& moving_canonical, const Attitude& attitude,
                            const Pose& X_reference_moving, contact::NarrowPhase& narrow_phase)
 {
-  const geometry::TreeMesh reference = geometry::rotated_reference(scene.reference, attitude);
+  const geometry::TreeMesh reference = geometry::rotated_reference(scene.reference.with_tree(), attitude);
   const geometry::TreeMesh moving = geometry::rotated_reference(
       geometry::make_tree_mesh(solver_mesh(transformed(moving_canonical, X_reference_moving), scene.frame)),
       attitude);

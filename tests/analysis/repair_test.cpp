@@ -275,8 +275,8 @@ TEST(Repair, MovingBothBodiesTogetherChangesNothing)
   SolverFrame frame;
   frame.rotation_centre_mm = G.translation();
   frame.delta = G.linear().col(1);
-  const AuditScene scene = make_audit_scene(transformed(trial.scene.reference.mesh, G),
-                                            transformed(trial.scene.moving.mesh, G), frame);
+  const AuditScene scene = make_audit_scene(transformed(trial.scene.reference.mesh(), G),
+                                            transformed(trial.scene.moving.mesh(), G), frame);
   MeasuredMotion there = trial.measured;
   for (Pose& X : there.X_reference_moving) X = G * X * G.inverse();
   const RepairedMotion found = repair(scene, there, trial.options);
@@ -294,7 +294,7 @@ TEST(Repair, ALeftJointIsTheMirrorImageOfARightOne)
   Trial trial = noisy_trial(6, 6);
   const RepairedMotion right = repair(trial.scene, trial.measured, trial.options);
   const AuditScene scene =
-      make_audit_scene(mirrored_z(trial.scene.reference.mesh), mirrored_z(trial.scene.moving.mesh),
+      make_audit_scene(mirrored_z(trial.scene.reference.mesh()), mirrored_z(trial.scene.moving.mesh()),
                        {Side::left, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()});
   MeasuredMotion left = trial.measured;
   for (Pose& X : left.X_reference_moving) X = reflected(X);
