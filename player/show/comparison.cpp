@@ -39,9 +39,11 @@ void write_caption(std::span<char> text, const char* which, const std::string& n
                    const std::optional<Numbers>& numbers)
 {
   if (numbers) {
+    const auto [flexion, varus, internal, anterior, proximal, lateral] = *numbers;
     std::snprintf(text.data(), text.size(),
-                  "%s: %s: flexion %.1f°, varus %.1f°, internal rotation %.1f°, anterior %.1f mm", which,
-                  name.c_str(), (*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]);
+                  "%s: %s: flexion %.1f°, varus %.1f°, %s rotation %.1f°, %s %.1f mm", which, name.c_str(),
+                  flexion, varus, internal < 0.0 ? "external" : "internal", std::abs(internal),
+                  anterior < 0.0 ? "posterior" : "anterior", std::abs(anterior));
   } else {
     std::snprintf(text.data(), text.size(), "%s: %s: no pose here", which, name.c_str());
   }

@@ -160,6 +160,22 @@ TEST(Gui, RotationBesideThatOfTheBonesAlone)
   EXPECT_TRUE(rotation_plots(model, sets).of_sets.empty());
 }
 
+TEST(Gui, CardOfABundleHasItsStrain)
+{
+  const std::vector<Structure> structures{{"ligaments/ACL", "ACL", "", StructureGroup::ligaments}};
+  Looks looks{{StructureLook{}}, 0};
+  const CurveLine strain{"ACL", {-1.0F, 2.0F, 5.0F}};
+  const auto n_vertices = [&](std::span<const CurveLine> lines) {
+    Desk desk;
+    StructureList list{structures, looks, {{}, lines, 0.5}};
+    desk.frame_.list = &list;
+    desk.state_.shows_structures = true;
+    for (int frame = 0; frame < 3; ++frame) desk.step();
+    return desk.gui_.overlay().vertices.size();
+  };
+  EXPECT_GT(n_vertices({&strain, 1}), n_vertices({}));
+}
+
 // In a small window all warnings are complete above the picture; a large one has that of the set in its
 // panel. None is over the joint.
 TEST(Gui, WarningsAreBesideThePicture)
