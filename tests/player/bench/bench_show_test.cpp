@@ -44,6 +44,18 @@ double right_k1(const bench::BenchState& state)
   return state.values().calibration.eyes.right.distortion.k1;
 }
 
+TEST(BenchView, ADevicesLineHasItsRateOrItsError)
+{
+  bench::DeviceReport report;
+  report.peer = "/dev/ttyUSB0";
+  report.link = bench::LinkState::up;
+  report.rate_hz = 99.5;
+  EXPECT_EQ(bench::device_text("board", report), "board /dev/ttyUSB0: up, 99.5 a second");
+  report.link = bench::LinkState::closed;
+  report.error_message = "not there";
+  EXPECT_EQ(bench::device_text("board", report), "board /dev/ttyUSB0: closed, not there");
+}
+
 TEST(BenchView, AJointThatIsNotTheLegsIsAmber)
 {
   test::SmallBench bench(test::two_bodies_text());
