@@ -70,7 +70,8 @@ class Area {
         of_corner[corner] = *known;
       }
       if (std::ranges::min(of_corner) >= 0.0) continue;
-      // How far the other corners are matters only beside one that counts.
+      // How far the other corners are matters only beside one that counts. Where nothing is near it is an
+      // edge's length, more than such a triangle can have.
       for (const std::size_t corner : {0u, 1u, 2u}) {
         if (!std::isinf(of_corner[corner])) continue;
         const double further_mm = excess_of(vertex(triangles_[k], corner), longest_mm_);
