@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/bucket_sort.hpp"
+
 namespace vrda::geometry {
 namespace {
 
@@ -21,31 +23,22 @@ struct EdgeUse {
   int slot = 0;
 };
 
-// Of the same edge one after the other. Sorted by the first vertex in linear time, since a vertex has few
-// edges.
 std::vector<EdgeUse> sorted_uses(const GapSurface& surface)
 {
-  std::vector<std::size_t> end(static_cast<std::size_t>(surface.mesh.vertices_mm.rows()) + 1);
-  const auto visit_uses = [&surface](const auto& visit) {
-    for (const std::int32_t t : surface.triangles) {
-      for (int k = 0; k < 3; ++k) {
-        const std::int32_t from = surface.mesh.triangles(t, k), to = surface.mesh.triangles(t, (k + 1) % 3);
-        visit(EdgeUse{std::min(from, to), std::max(from, to), from < to, t, k});
-      }
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * surface.triangles.size());
+  for (const std::int32_t t : surface.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t from = surface.mesh.triangles(t, k), to = surface.mesh.triangles(t, (k + 1) % 3);
+      uses.push_back({std::min(from, to), std::max(from, to), from < to, t, k});
     }
-  };
-  visit_uses([&end](const EdgeUse& use) { ++end[static_cast<std::size_t>(use.low) + 1]; });
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  std::vector<EdgeUse> uses(end.back());
-  visit_uses([&](const EdgeUse& use) { uses[end[static_cast<std::size_t>(use.low)]++] = use; });
-  std::size_t begin = 0;
-  for (const std::size_t of_vertex : end) {
-    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(begin),
-              uses.begin() + static_cast<std::ptrdiff_t>(of_vertex), [](const EdgeUse& l, const EdgeUse& r) {
-                return std::tuple(l.high, l.triangle, l.slot) < std::tuple(r.high, r.triangle, r.slot);
-              });
-    begin = of_vertex;
   }
+  core::sort_by_row(
+      uses, static_cast<std::size_t>(surface.mesh.vertices_mm.rows()),
+      [](const EdgeUse& use) { return use.low; },
+      [](const EdgeUse& l, const EdgeUse& r) {
+        return std::tuple(l.high, l.triangle, l.slot) < std::tuple(r.high, r.triangle, r.slot);
+      });
   return uses;
 }
 

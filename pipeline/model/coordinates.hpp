@@ -158,6 +158,7 @@ Pose follower_pose(const JointCoordinates& coordinates, Side side, const Eigen::
 struct CoordinateWords {
   const char* positive;
   const char* negative;
+  const char* of(double value) const { return value < 0.0 ? negative : positive; }
 };
 
 /// Angles in degrees, from `least` to `most`.

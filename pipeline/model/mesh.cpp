@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/bucket_sort.hpp"
 #include "core/text.hpp"
 
 namespace vrda::inline model {
@@ -34,9 +35,9 @@ std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh)
       uses.push_back({std::min(from, to), std::max(from, to), from < to});
     }
   }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& l, const EdgeUse& r) {
-    return l.low != r.low ? l.low < r.low : l.high < r.high;
-  });
+  core::sort_by_row(
+      uses, static_cast<std::size_t>(mesh.vertices_mm.rows()), [](const EdgeUse& use) { return use.low; },
+      [](const EdgeUse& l, const EdgeUse& r) { return l.high < r.high; });
   return uses;
 }
 

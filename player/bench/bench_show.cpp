@@ -34,9 +34,10 @@ const char* name_of(LinkState state)
 /// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
 std::string joint_text(const ClinicalCoordinates& joint)
 {
-  return (joint.internal_rotation_rad < 0.0 ? "external rotation " : "internal rotation ") +
+  const auto& words = joint_kind("knee").words;
+  return words[2].of(joint.internal_rotation_rad) + std::string(" ") +
          tenths(std::abs(deg_from_rad(joint.internal_rotation_rad))) + " deg, " +
-         (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
+         words[3].of(joint.anterior_mm) + " " + tenths(std::abs(joint.anterior_mm)) + " mm";
 }
 
 }  // namespace

@@ -35,15 +35,14 @@ std::optional<Numbers> numbers_of(const store::MotionModel& model, const store::
 }
 
 // Zero-terminated in `text`.
-void write_caption(std::span<char> text, const char* which, const std::string& name,
+void write_caption(std::span<char> text, const char* which, const std::string& name, const JointKind& kind,
                    const std::optional<Numbers>& numbers)
 {
   if (numbers) {
     const auto [flexion, varus, internal, anterior, proximal, lateral] = *numbers;
-    std::snprintf(text.data(), text.size(),
-                  "%s: %s: flexion %.1f°, varus %.1f°, %s rotation %.1f°, %s %.1f mm", which, name.c_str(),
-                  flexion, varus, internal < 0.0 ? "external" : "internal", std::abs(internal),
-                  anterior < 0.0 ? "posterior" : "anterior", std::abs(anterior));
+    std::snprintf(text.data(), text.size(), "%s: %s: flexion %.1f°, varus %.1f°, %s %.1f°, %s %.1f mm", which,
+                  name.c_str(), flexion, varus, kind.words[2].of(internal), std::abs(internal),
+                  kind.words[3].of(anterior), std::abs(anterior));
   } else {
     std::snprintf(text.data(), text.size(), "%s: %s: no pose here", which, name.c_str());
   }
@@ -161,9 +160,9 @@ void Comparison::show(JointView& first, const store::JointPose& pose, std::optio
   const store::JointPose own = pose_at(pose.attitude.flexion_rad, varus_rad);
   joint_.show(motion_, own, layers);
   write_caption(captions_[0], options_.is_over ? "First (opaque)" : "First (left)", first_.title,
-                numbers_of(first_, pose));
+                joint_kind(first_.joint), numbers_of(first_, pose));
   write_caption(captions_[1], options_.is_over ? "Second (translucent)" : "Second (right)", name_,
-                numbers_of(model(), own));
+                joint_kind(model().joint), numbers_of(model(), own));
 }
 
 void Comparison::sample(const store::Motion& first, std::optional<double> varus_rad)

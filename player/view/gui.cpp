@@ -230,11 +230,11 @@ double shown_deg(double angle_rad)
 }
 
 /// Rotation and translation that the attitude does not contain, with the names of their directions.
-void draw_joint(const ClinicalCoordinates& joint)
+void draw_joint(const ClinicalCoordinates& joint, const JointKind& kind)
 {
-  ImGui::Text("%s rotation %.1f°", joint.internal_rotation_rad < 0.0 ? "external" : "internal",
+  ImGui::Text("%s %.1f°", kind.words[2].of(joint.internal_rotation_rad),
               std::abs(shown_deg(joint.internal_rotation_rad)));
-  ImGui::Text("%s %.1f mm", joint.anterior_mm < 0.0 ? "posterior" : "anterior", std::abs(joint.anterior_mm));
+  ImGui::Text("%s %.1f mm", kind.words[3].of(joint.anterior_mm), std::abs(joint.anterior_mm));
 }
 
 const char* name_of(GapSource source)
@@ -461,7 +461,7 @@ struct Panels {
     draw_rotation(0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
     draw_rotation(1, pose.attitude.varus_rad, varus_remark());
     if (pose.status == store::PoseStatus::solved) {
-      if (readout->joint) draw_joint(*readout->joint);
+      if (readout->joint) draw_joint(*readout->joint, kind());
       draw_gap();
     } else {
       ImGui::TextColored(warning_colour, "no pose");
